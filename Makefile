@@ -1,0 +1,186 @@
+# dexeld: one Makefile, not recursive (the sanitizer targets call it again with another build folder).
+VERSION := 0.1.0
+
+B ?= build
+CC ?= gcc
+OPT ?= -O3
+DEXEL_DATA ?= ../shared/data
+export DEXEL_DATA
+
+prefix ?= /usr/local
+exec_prefix ?= $(prefix)
+bindir ?= $(exec_prefix)/bin
+sbindir ?= $(exec_prefix)/sbin
+libdir ?= $(exec_prefix)/lib
+includedir ?= $(prefix)/include
+datarootdir ?= $(prefix)/share
+mandir ?= $(datarootdir)/man
+docdir ?= $(datarootdir)/doc/dexeld
+sysconfdir ?= $(prefix)/etc
+INSTALL ?= install
+
+PACKAGES := libsystemd libyaml jansson libpng zlib
+WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
+# Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
+BASE_CFLAGS := -std=gnu17 $(OPT) -g $(WARN) -ffp-contract=off -fPIC -fvisibility=hidden -pthread
+CPPFLAGS += -I. -D_GNU_SOURCE -DDEXELD_VERSION='"$(VERSION)"' \
+            -DDEXELD_SYSCONFDIR='"$(sysconfdir)"'
+PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
+PKG_LIBS = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -llzf -lm
+ALL_CFLAGS = $(BASE_CFLAGS) $(CPPFLAGS) $(PKG_CFLAGS) $(CFLAGS) $(SAN)
+ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
+
+obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
+CORE_SRC := $(wildcard core/base/*.c core/grid/*.c core/wire/*.c)
+DRIVERS_SRC := $(wildcard drivers/*.c drivers/file/*.c drivers/synth/*.c)
+CLIENT_SRC := $(wildcard client/*.c)
+DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
+TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
+UNIT_SRC := $(wildcard tests/unit/test_*.c)
+SYSTEM_SRC := $(wildcard tests/system/*.c)
+FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
+
+LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
+PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
+UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
+SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
+FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
+
+.PHONY: all deps demo check check-long check-unit check-system check-tree bench asan tsan fuzz format \
+        install uninstall clean help
+.DELETE_ON_ERROR:
+.SECONDARY:
+
+all: $(PROGRAMS) $(B)/lib/libdexel.so $(B)/lib/libdexel.a $(B)/libdexel.pc
+
+help:
+	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
+	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
+	@echo 'make check-long  the long tests as well: large grids, sanitizers, fuzzing'
+	@echo 'make all         build the service, the tools and the library under build/'
+	@echo 'make deps        install the Debian packages that the build needs'
+	@echo 'make bench       benchmarks (ratios within one run)'
+	@echo 'make asan tsan   build and run the tests under the sanitizers'
+	@echo 'make fuzz        build the fuzz targets (clang)'
+	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
+
+deps:
+	@sh tests/deps.sh
+
+# ---- objects and libraries ------------------------------------------------------------------------
+$(B)/obj/%.o: %.c Makefile
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
+
+-include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) daemon/main.c tools/main.c))
+
+define archive
+	@mkdir -p $(@D)
+	rm -f $@ && ar crs $@ $^
+endef
+
+$(B)/lib/libdexel.a: $(call obj,$(CLIENT_SRC) $(CORE_SRC))
+	$(archive)
+$(B)/lib/libdxdrivers.a: $(call obj,$(DRIVERS_SRC))
+	$(archive)
+$(B)/lib/libdxdaemon.a: $(call obj,$(DAEMON_SRC))
+	$(archive)
+$(B)/lib/libdxtools.a: $(call obj,$(TOOLS_SRC))
+	$(archive)
+
+SONAME := libdexel.so.0
+$(B)/lib/libdexel.so: $(call obj,$(CLIENT_SRC) $(CORE_SRC))
+	@mkdir -p $(@D)
+	$(CC) -shared -Wl,-soname,$(SONAME) $(ALL_LDFLAGS) -o $@ $^ -lm
+	ln -sf libdexel.so $(@D)/$(SONAME)
+
+$(B)/libdexel.pc: client/libdexel.pc.in Makefile
+	@mkdir -p $(@D)
+	sed -e 's|@prefix@|$(prefix)|;s|@libdir@|$(libdir)|;s|@includedir@|$(includedir)|;s|@version@|$(VERSION)|' $< > $@
+
+$(B)/bin/dexeld: $(call obj,daemon/main.c) $(LIBS)
+	@mkdir -p $(@D)
+	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+$(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
+	@mkdir -p $(@D)
+	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+
+# ---- tests ----------------------------------------------------------------------------------------
+$(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
+	@mkdir -p $(@D)
+	$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
+$(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
+	@mkdir -p $(@D)
+	$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+
+check: deps
+	@$(MAKE) --no-print-directory all $(UNIT) $(SYSTEM)
+	@B=$(B) sh tests/run.sh check
+
+check-unit: $(UNIT)
+	@B=$(B) sh tests/run.sh unit
+check-system: all $(SYSTEM)
+	@B=$(B) sh tests/run.sh system
+check-tree:
+	@B=$(B) sh tests/run.sh tree
+check-long: check
+	@$(MAKE) --no-print-directory asan tsan
+	@B=$(B) sh tests/run.sh long
+
+asan:
+	@$(MAKE) --no-print-directory B=build/asan OPT=-O1 \
+	  SAN='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \
+	  all check-unit check-system
+tsan:
+	@$(MAKE) --no-print-directory B=build/tsan OPT=-O1 SAN='-fsanitize=thread' \
+	  all check-unit check-system
+
+# Fuzz targets are built whole from source with coverage: clang only.
+FUZZ_FLAGS := -std=gnu17 -O1 -g -ffp-contract=off -fsanitize=fuzzer,address,undefined \
+              -fno-sanitize-recover=all -pthread
+fuzz: $(FUZZ)
+$(B)/fuzz/%: tests/fuzz/%.c $(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC)
+	@mkdir -p $(@D)
+	clang $(FUZZ_FLAGS) $(CPPFLAGS) $(PKG_CFLAGS) -o $@ $^ $(PKG_LIBS)
+
+bench: all
+	$(B)/bin/dexel bench
+
+demo: deps
+	@$(MAKE) --no-print-directory all
+	@B=$(B) sh tests/demo.sh
+
+format:
+	clang-format -i $$(git ls-files '*.c' '*.h')
+
+# ---- install --------------------------------------------------------------------------------------
+install: all
+	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
+	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
+	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir) $(DESTDIR)$(sysconfdir)/dexeld
+	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
+	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
+	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
+	$(INSTALL) -m 755 $(B)/lib/libdexel.so $(DESTDIR)$(libdir)/$(SONAME).$(VERSION)
+	ln -sf $(SONAME).$(VERSION) $(DESTDIR)$(libdir)/$(SONAME)
+	ln -sf $(SONAME) $(DESTDIR)$(libdir)/libdexel.so
+	$(INSTALL) -m 644 client/dexel.h $(DESTDIR)$(includedir)
+	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
+	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
+	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
+	$(INSTALL) -m 644 docs/dexeld.8 $(DESTDIR)$(mandir)/man8
+	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md $(DESTDIR)$(docdir)
+	[ -e $(DESTDIR)$(sysconfdir)/dexeld/dexeld.yaml ] || \
+	  $(INSTALL) -m 644 config/dexeld.yaml $(DESTDIR)$(sysconfdir)/dexeld
+
+uninstall:
+	rm -f $(DESTDIR)$(bindir)/dexel $(DESTDIR)$(sbindir)/dexeld $(DESTDIR)$(libdir)/libdexel.a \
+	  $(DESTDIR)$(libdir)/libdexel.so $(DESTDIR)$(libdir)/$(SONAME) \
+	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
+	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
+	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8
+	rm -rf $(DESTDIR)$(docdir)
+
+clean:
+	rm -rf build

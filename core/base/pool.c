@@ -1,0 +1,147 @@
+/* The thread pool: workers sleep on a condition until the generation moves. */
+#include "core/base/pool.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#define MAX_THREADS 64
+
+struct worker {
+    struct dx_pool *pool;
+    pthread_t thread;
+    unsigned number;
+};
+
+struct dx_pool {
+    pthread_mutex_t turn; /* held by the caller whose job runs */
+    pthread_mutex_t lock; /* guards generation, n_busy, stop */
+    pthread_cond_t start, done;
+    uint64_t generation;
+    unsigned n_busy; /* workers that have not finished this generation */
+    bool stop;
+    /* The job: written under the lock before the generation moves, read only after. */
+    void (*fn)(void *, uint32_t, unsigned);
+    void *ctx;
+    uint32_t n_tasks;
+    atomic_uint next;
+    unsigned n_workers;
+    struct worker worker[MAX_THREADS - 1];
+};
+
+static void take_tasks(struct dx_pool *pool, unsigned number)
+{
+    uint32_t task;
+
+    /* relaxed: the job itself was ordered by the lock; the counter only deals out numbers */
+    while ((task = atomic_fetch_add_explicit(&pool->next, 1, memory_order_relaxed)) < pool->n_tasks)
+        pool->fn(pool->ctx, task, number);
+}
+
+static void *worker_main(void *arg)
+{
+    struct worker *w = arg;
+    struct dx_pool *pool = w->pool;
+    uint64_t seen = 0;
+
+    pthread_mutex_lock(&pool->lock);
+    for (;;) {
+        while (pool->generation == seen && !pool->stop)
+            pthread_cond_wait(&pool->start, &pool->lock);
+        if (pool->stop)
+            break;
+        seen = pool->generation;
+        pthread_mutex_unlock(&pool->lock);
+        take_tasks(pool, w->number);
+        pthread_mutex_lock(&pool->lock);
+        if (--pool->n_busy == 0)
+            pthread_cond_signal(&pool->done);
+    }
+    pthread_mutex_unlock(&pool->lock);
+    return NULL;
+}
+
+int dx_pool_new(struct dx_pool **out, unsigned n_threads)
+{
+    struct dx_pool *pool = calloc(1, sizeof(*pool));
+    long cpus = sysconf(_SC_NPROCESSORS_ONLN);
+
+    if (!pool)
+        return -ENOMEM;
+    if (n_threads == 0)
+        n_threads = cpus > 0 ? (unsigned)cpus : 1;
+    if (n_threads > MAX_THREADS)
+        n_threads = MAX_THREADS;
+    pthread_mutex_init(&pool->turn, NULL);
+    pthread_mutex_init(&pool->lock, NULL);
+    pthread_cond_init(&pool->start, NULL);
+    pthread_cond_init(&pool->done, NULL);
+    for (unsigned k = 0; k + 1 < n_threads; k++) {
+        struct worker *w = &pool->worker[k];
+        int r;
+
+        w->pool = pool;
+        w->number = k + 1;
+        r = pthread_create(&w->thread, NULL, worker_main, w);
+        if (r) {
+            dx_pool_free(pool);
+            return -r;
+        }
+        pool->n_workers++;
+    }
+    *out = pool;
+    return 0;
+}
+
+void dx_pool_free(struct dx_pool *pool)
+{
+    if (!pool)
+        return;
+    pthread_mutex_lock(&pool->lock);
+    pool->stop = true;
+    pthread_cond_broadcast(&pool->start);
+    pthread_mutex_unlock(&pool->lock);
+    for (unsigned k = 0; k < pool->n_workers; k++)
+        pthread_join(pool->worker[k].thread, NULL);
+    pthread_cond_destroy(&pool->done);
+    pthread_cond_destroy(&pool->start);
+    pthread_mutex_destroy(&pool->lock);
+    pthread_mutex_destroy(&pool->turn);
+    free(pool);
+}
+
+unsigned dx_pool_threads(const struct dx_pool *pool)
+{
+    return pool ? pool->n_workers + 1 : 1;
+}
+
+void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks, void (*fn)(void *, uint32_t, unsigned),
+                 void *ctx)
+{
+    if (!pool || pool->n_workers == 0 || n_tasks <= 1) {
+        for (uint32_t k = 0; k < n_tasks; k++)
+            fn(ctx, k, 0);
+        return;
+    }
+    pthread_mutex_lock(&pool->turn);
+    pthread_mutex_lock(&pool->lock);
+    pool->fn = fn;
+    pool->ctx = ctx;
+    pool->n_tasks = n_tasks;
+    atomic_store_explicit(&pool->next, 0, memory_order_relaxed);
+    pool->n_busy = pool->n_workers;
+    pool->generation++;
+    pthread_cond_broadcast(&pool->start);
+    pthread_mutex_unlock(&pool->lock);
+
+    take_tasks(pool, 0);
+
+    pthread_mutex_lock(&pool->lock);
+    while (pool->n_busy)
+        pthread_cond_wait(&pool->done, &pool->lock);
+    pthread_mutex_unlock(&pool->lock);
+    pthread_mutex_unlock(&pool->turn);
+}

@@ -1,0 +1,93 @@
+/*
+ * What a device driver is: a table of functions. Every driver is split in two so that a recording can be
+ * taken and replayed: read() hands over a raw block (the device's own bytes with stamps), decode() turns
+ * a block into frame parts. decode() depends on nothing but the driver's configuration and the blocks
+ * before it. All functions of one open driver are called by its reader thread alone, save wake().
+ */
+#ifndef DX_DRIVER_H
+#define DX_DRIVER_H
+
+#include "core/base/err.h"
+#include "core/grid/geometry.h"
+#include "core/grid/plane.h"
+
+/* Positive results: conditions that the reader must handle. */
+enum dx_driver_condition {
+    DX_DRIVER_E_AGAIN = 1,   /* nothing yet (woken, or the wait ran out): call again */
+    DX_DRIVER_E_EOF = 2,     /* a replay has ended; the reason is not an error */
+    DX_DRIVER_E_GONE = 3,    /* the device went away */
+    DX_DRIVER_E_CORRUPT = 4, /* this block cannot be decoded (err says where); the next may be fine */
+};
+
+enum dx_clock { DX_CLOCK_NONE = 0, DX_CLOCK_REALTIME = 1, DX_CLOCK_MONOTONIC = 2, DX_CLOCK_DEVICE = 3 };
+
+struct dx_stamp {
+    uint64_t host_ns;   /* CLOCK_MONOTONIC when the last byte came */
+    uint64_t device_ns; /* of the device's clock, or of the recording */
+    uint32_t clock_id;  /* enum dx_clock, of device_ns */
+};
+
+/* Raw device bytes. The memory is the driver's and holds until the next read(). */
+struct dx_block {
+    const uint8_t *bytes;
+    size_t len;
+    struct dx_stamp stamp;
+    uint64_t number;    /* 0, 1, ... */
+    const char *source; /* for messages: file name or device path */
+};
+
+/*
+ * Some columns of one frame. decode() asks the sink for the frame's plane, fills columns of it, and
+ * delivers them; whole frames are one part.
+ */
+struct dx_frame_part {
+    uint64_t frame; /* number; parts of one frame share it */
+    uint32_t col0, n_cols;
+    bool last;      /* ends the frame */
+    struct dx_stamp stamp;
+};
+
+/* Where decode() puts frames: the mailbox, or an offline tool. */
+struct dx_frame_sink {
+    void *ctx;
+    /* Tells the geometry; before the first frame, and again when it changes (RESET). The sink takes its own
+     * reference. Non-zero stops the decode and is passed up. */
+    int (*geometry)(void *ctx, struct dx_geometry *g, uint8_t attr_bytes);
+    /* The plane of frame `number`, of the told geometry's size, to write columns into; all zero when
+     * the number is new. May wait (lossless replay). NULL: shutting down, return DX_DRIVER_E_AGAIN. */
+    struct dx_plane *(*plane)(void *ctx, uint64_t number);
+    void (*deliver)(void *ctx, const struct dx_frame_part *part);
+};
+
+/* A sensor, opened. Drivers put their own state behind it. */
+struct dx_device;
+
+struct dx_driver {
+    const char *name; /* the key in the configuration: "file", "synthetic" */
+
+    /* Opens what `config` (the driver's own struct) names; reads no frame yet. */
+    int (*open)(struct dx_device **out, const void *config, struct dx_err *err);
+    int (*start)(struct dx_device *dev, struct dx_err *err);
+
+    /* Waits for the next block. 0, or AGAIN, EOF, GONE, or negative. */
+    int (*read)(struct dx_device *dev, struct dx_block *block, struct dx_err *err);
+
+    /* One block to parts. 0, CORRUPT, AGAIN (the sink is closing), or negative. */
+    int (*decode)(struct dx_device *dev, const struct dx_block *block,
+                  const struct dx_frame_sink *sink, struct dx_err *err);
+
+    void (*stop)(struct dx_device *dev);
+    void (*close)(struct dx_device *dev); /* NULL is fine */
+
+    /* Makes a read() that waits return AGAIN at once. Any thread; async-signal-unsafe. */
+    void (*wake)(struct dx_device *dev);
+
+    /* One line for people ("pump.ptx.gz: 1 frame, spinning 345x1074, rms 0.02 dexel"). */
+    void (*describe)(struct dx_device *dev, char *text, size_t len);
+};
+
+/* Drivers of this build: NULL-terminated. */
+extern const struct dx_driver *const dx_drivers[];
+const struct dx_driver *dx_driver_find(const char *name);
+
+#endif

@@ -1,0 +1,17 @@
+/* The drivers of this build. */
+#include "drivers/driver.h"
+
+#include "drivers/file/file.h"
+#include "drivers/synth/synth.h"
+
+#include <string.h>
+
+const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, NULL};
+
+const struct dx_driver *dx_driver_find(const char *name)
+{
+    for (size_t k = 0; dx_drivers[k]; k++)
+        if (strcmp(dx_drivers[k]->name, name) == 0)
+            return dx_drivers[k];
+    return NULL;
+}

@@ -1,0 +1,20 @@
+#!/bin/sh
+# Installs the Debian packages that building and testing need, when they are not there; says what it does.
+set -eu
+
+packages='gcc clang libclang-rt-14-dev clang-format make pkg-config git libsystemd-dev libyaml-dev libjansson-dev
+liblzf-dev libpng-dev zlib1g-dev libcmocka-dev mandoc'
+
+missing=
+for p in $packages; do
+  dpkg-query -W -f='${Status}' "$p" 2>/dev/null | grep -q 'ok installed' || missing="$missing $p"
+done
+[ -n "$missing" ] || exit 0
+
+echo "deps: installing$missing"
+sudo=
+[ "$(id -u)" = 0 ] || sudo=sudo
+export DEBIAN_FRONTEND=noninteractive
+# shellcheck disable=SC2086 # lists of words
+$sudo apt-get install -y --no-install-recommends $missing >/dev/null 2>&1 ||
+  { $sudo apt-get update >/dev/null && $sudo apt-get install -y --no-install-recommends $missing; }
