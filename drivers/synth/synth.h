@@ -1,6 +1,6 @@
 /*
- * The synthetic driver: analytic scenes, ray cast, with seeded noise, drop-outs and mixed pixels; the same
- * bytes on every machine. Raw blocks are one frame number each; decode() casts the rays.
+ * The synthetic driver: analytic scenes, ray cast, with seeded noise, drop-outs and mixed pixels;
+ * the same bytes on every machine. A raw block names a frame and the first column of a part of it; decode() casts the rays.
  */
 #ifndef DX_SYNTH_H
 #define DX_SYNTH_H
@@ -10,11 +10,11 @@
 
 struct dx_synth_config {
     struct dx_scene_config scene;
-    double fps;          /* frames a second of simulated time */
-    double rate;         /* 1 real time, N times; 0 = max */
-    uint64_t n_frames;   /* 0: endless */
-    bool loop;           /* after n_frames start again */
-    uint32_t part_cols;  /* deliver columns as they come, so many at a time; 0: whole frames */
+    double fps;         /* frames a second of simulated time */
+    double rate;        /* 1 real time, N times; 0 = max */
+    uint64_t n_frames;  /* 0: endless */
+    bool loop;          /* after n_frames start again */
+    uint32_t part_cols; /* deliver columns as they come, so many at a time; 0: whole frames */
 };
 
 extern const struct dx_driver dx_synth_driver;
