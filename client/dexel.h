@@ -1,12 +1,13 @@
 /*
  * libdexel: subscribe to the meshes of a dexeld.
  *
- * A connection belongs to one thread at a time. Two ways to drive it: dexel_run() blocks and calls back;
- * or poll dexel_fd() for dexel_events() and call dexel_dispatch() when it is ready. Callbacks run inside
- * those calls; a callback that returns non-zero stops them, and they return that value.
+ * A connection belongs to one thread at a time. Two ways to drive it: dexel_run() blocks and calls
+ * back; or poll dexel_fd() for dexel_events() and call dexel_dispatch() when it is ready. Callbacks
+ * run inside those calls; a callback that returns non-zero stops them, and they return that value.
  *
- * The mesh is state, not a log: each tile replaces the tile of the same row and column; after a commit, the
- * tiles held together are exactly the mesh of that epoch. reset means: forget all tiles.
+ * The mesh is state, not a log: each tile replaces the tile of the same row and column; after a
+ * commit, the tiles held together are exactly the mesh of that epoch. reset means: forget all
+ * tiles.
  *
  * Functions that can fail return 0 or -errno (-EPROTO: the server broke the protocol or refused us;
  * -ECONNRESET: it went away); dexel_error() then says more.
@@ -40,33 +41,35 @@ struct dexel; /* a connection */
 struct dexel_stream {
     const char *name;
     enum dexel_model model;
-    uint32_t height, width;         /* dexels: rows, columns */
-    uint32_t tile_rows, tile_cols;  /* tiles are 64x64 cells */
-    int wrap;                       /* column 0 follows the last */
-    unsigned attr_bytes;            /* 0, 1 or 2: bytes of a vertex's attribute */
-    double unit_m;                  /* metres per range unit */
-    double pose[12];                /* rows of [R|t], scanner to world; not applied to vertices */
+    uint32_t height, width;        /* dexels: rows, columns */
+    uint32_t tile_rows, tile_cols; /* tiles are 64x64 cells */
+    int wrap;                      /* column 0 follows the last */
+    unsigned attr_bytes;           /* 0, 1 or 2: bytes of a vertex's attribute */
+    double unit_m;                 /* metres per range unit */
+    double pose[12];               /* rows of [R|t], scanner to world; not applied to vertices */
     double sigma[3], tilt_deg, noise_k, cap_m; /* mesh parameters in force */
 };
 
 /* The mesh of one tile. Pointers hold until the callback returns. */
 struct dexel_tile {
-    uint32_t row, col;       /* of the tile */
+    uint32_t row, col;                /* of the tile */
     uint32_t n_vertices, n_triangles; /* both 0: the tile is empty now */
-    const float *xyz;        /* [n_vertices][3], metres, scanner frame */
-    const uint16_t *index;   /* [n_triangles][3] into this tile's vertices; faces see the scanner */
-    const uint32_t *dexel;   /* [n_vertices] row * width + column: the same in all tiles, to weld by */
-    const uint16_t *attr;    /* [n_vertices], or NULL */
+    const float *xyz;                 /* [n_vertices][3], metres, scanner frame */
+    const uint16_t *index; /* [n_triangles][3] into this tile's vertices; faces see the scanner */
+    const uint32_t
+        *dexel;           /* [n_vertices] row * width + column: the same in all tiles, to weld by */
+    const uint16_t *attr; /* [n_vertices], or NULL */
 };
 
 struct dexel_commit {
     uint64_t epoch, frame;
-    uint64_t host_ns, device_ns; /* stamps of the newest frame; host is CLOCK_MONOTONIC of the server */
-    uint32_t clock_id;           /* of device_ns: 0 none, 1 realtime, 2 monotonic, 3 device */
+    uint64_t host_ns,
+        device_ns;     /* stamps of the newest frame; host is CLOCK_MONOTONIC of the server */
+    uint32_t clock_id; /* of device_ns: 0 none, 1 realtime, 2 monotonic, 3 device */
     uint64_t n_dropped;
-    uint32_t n_tiles;            /* in this batch */
-    int partial;                 /* more columns of this frame will come */
-    int snapshot;                /* the first commit after a subscribe or a reset */
+    uint32_t n_tiles; /* in this batch */
+    int partial;      /* more columns of this frame will come */
+    int snapshot;     /* the first commit after a subscribe or a reset */
 };
 
 /* Any member may be NULL. */
@@ -80,8 +83,8 @@ struct dexel_callbacks {
 };
 
 struct dexel_options {
-    const char *socket;      /* NULL: $DEXELD_SOCKET, else /run/dexeld/mesh.sock */
-    const char *stream;      /* NULL: the only stream */
+    const char *socket; /* NULL: $DEXELD_SOCKET, else /run/dexeld/mesh.sock */
+    const char *stream; /* NULL: the only stream */
     enum dexel_encoding encoding;
     enum dexel_mode mode;
     int want_attr;
@@ -95,13 +98,14 @@ DEXEL_API int dexel_open(struct dexel **out, const struct dexel_options *options
 DEXEL_API void dexel_close(struct dexel *d); /* NULL is fine */
 
 DEXEL_API int dexel_fd(const struct dexel *d);
-DEXEL_API short dexel_events(const struct dexel *d); /* POLLIN, and POLLOUT while bytes wait to go */
+DEXEL_API short dexel_events(
+    const struct dexel *d); /* POLLIN, and POLLOUT while bytes wait to go */
 
 /* Reads what is there, calls back, returns without waiting. 0; a callback's value; or negative. */
 DEXEL_API int dexel_dispatch(struct dexel *d);
 
-/* Dispatches until a callback stops it, an error, or the stream ended (then 0). timeout_ms without a
- * byte from the server gives -ETIMEDOUT; -1 waits for ever. */
+/* Dispatches until a callback stops it, an error, or the stream ended (then 0). timeout_ms without
+ * a byte from the server gives -ETIMEDOUT; -1 waits for ever. */
 DEXEL_API int dexel_run(struct dexel *d, int timeout_ms);
 
 /* Pull mode: ask for the next batch. */

@@ -1,12 +1,12 @@
 /*
  * The feed of one stream: the only thing that the mesher and the loop thread share about meshes.
  *
- * Chunks live in a fixed arena of blocks. The mesher owns the free ones: it takes some, fills them, and
- * publishes an epoch through a single-producer ring. The loop thread owns everything published: the
- * current chunk of each tile and encoding, the reference counts, the clients' pins. A chunk that nobody
- * holds any more goes home through a second ring. No lock, no wait: a mesher that is short of chunks raises a
- * request that the loop answers by revoking the oldest pin, keeps its own list of unsent tiles, and
- * publishes them with a later epoch.
+ * Chunks live in a fixed arena of blocks. The mesher owns the free ones: it takes some, fills them,
+ * and publishes an epoch through a single-producer ring. The loop thread owns everything published:
+ * the current chunk of each tile and encoding, the reference counts, the clients' pins. A chunk
+ * that nobody holds any more goes home through a second ring. No lock, no wait: a mesher that is
+ * short of chunks raises a request that the loop answers by revoking the oldest pin, keeps its own
+ * list of unsent tiles, and publishes them with a later epoch.
  *
  * This half is called by the mesher thread alone; feed_loop.h is the loop thread's half.
  */
@@ -19,26 +19,27 @@
 struct dx_feed;
 
 /*
- * Memory for `max_tiles` tiles: room for `n_epochs` (6: one current, one being built, four pinned) full frames in
- * each encoding, but address space only until it is used. `wake_fd` (eventfd) is written when there is
- * something for the loop. `kick` is called by the loop when the mesher should look again
- * (encodings wanted, chunks came home); it must not block. Errors: -ENOMEM.
+ * Memory for `max_tiles` tiles: room for `n_epochs` (6: one current, one being built, four pinned)
+ * full frames in each encoding, but address space only until it is used. `wake_fd` (eventfd) is
+ * written when there is something for the loop. `kick` is called by the loop when the mesher should
+ * look again (encodings wanted, chunks came home); it must not block. Errors: -ENOMEM.
  */
 int dx_feed_new(struct dx_feed **out, uint32_t max_tiles, uint32_t n_epochs, uint8_t attr_bytes,
                 int wake_fd, void (*kick)(void *ctx), void *kick_ctx);
 void dx_feed_free(struct dx_feed *f); /* after both threads have let go */
 
 /*
- * Which encodings somebody wants: generation per encoding, 0 = nobody. A generation the mesher has not
- * served yet asks for all tiles, not only changed ones.
+ * Which encodings somebody wants: generation per encoding, 0 = nobody. A generation the mesher has
+ * not served yet asks for all tiles, not only changed ones.
  */
 void dx_feed_wanted(struct dx_feed *f, uint32_t generation[DX_N_ENCODINGS]);
 
 /* Starts an epoch. `full_generation[e]`: what the mesher saw in dx_feed_wanted. */
 void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[DX_N_ENCODINGS]);
 
-/* Adds the chunk of a tile (the TILE body) to the open epoch. `len` of DX_CHUNK_HEADER_LEN: the tile is
- * empty. False: short of chunks; the mesher must call dx_feed_abort and try again when kicked. */
+/* Adds the chunk of a tile (the TILE body) to the open epoch. `len` of DX_CHUNK_HEADER_LEN: the
+ * tile is empty. False: short of chunks; the mesher must call dx_feed_abort and try again when
+ * kicked. */
 bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, const uint8_t *body,
                  size_t len);
 
@@ -56,8 +57,8 @@ void dx_feed_reset(struct dx_feed *f, struct dx_geometry *g, const struct dx_ter
 void dx_feed_state(struct dx_feed *f, enum dx_stream_state state, const char *reason);
 
 /*
- * Lossless replay: newest epoch that every lossless subscriber has been sent whole; UINT64_MAX when there
- * is none. The mesher may wait for it (only then), and is kicked when it moves.
+ * Lossless replay: newest epoch that every lossless subscriber has been sent whole; UINT64_MAX when
+ * there is none. The mesher may wait for it (only then), and is kicked when it moves.
  */
 uint64_t dx_feed_lossless_epoch(const struct dx_feed *f);
 

@@ -1,8 +1,9 @@
 /*
- * What a device driver is: a table of functions. Every driver is split in two so that a recording can be
- * taken and replayed: read() hands over a raw block (the device's own bytes with stamps), decode() turns
- * a block into frame parts. decode() depends on nothing but the driver's configuration and the blocks
- * before it. All functions of one open driver are called by its reader thread alone, save wake().
+ * What a device driver is: a table of functions. Every driver is split in two so that a recording
+ * can be taken and replayed: read() hands over a raw block (the device's own bytes with stamps),
+ * decode() turns a block into frame parts. decode() depends on nothing but the driver's
+ * configuration and the blocks before it. All functions of one open driver are called by its reader
+ * thread alone, save wake().
  */
 #ifndef DX_DRIVER_H
 #define DX_DRIVER_H
@@ -13,13 +14,19 @@
 
 /* Positive results: conditions that the reader must handle. */
 enum dx_driver_condition {
-    DX_DRIVER_E_AGAIN = 1,   /* nothing yet (woken, or the wait ran out): call again */
-    DX_DRIVER_E_EOF = 2,     /* a replay has ended; the reason is not an error */
-    DX_DRIVER_E_GONE = 3,    /* the device went away */
-    DX_DRIVER_E_CORRUPT = 4, /* this block cannot be decoded (err says where); the next may be fine */
+    DX_DRIVER_E_AGAIN = 1, /* nothing yet (woken, or the wait ran out): call again */
+    DX_DRIVER_E_EOF = 2,   /* a replay has ended; the reason is not an error */
+    DX_DRIVER_E_GONE = 3,  /* the device went away */
+    DX_DRIVER_E_CORRUPT =
+        4, /* this block cannot be decoded (err says where); the next may be fine */
 };
 
-enum dx_clock { DX_CLOCK_NONE = 0, DX_CLOCK_REALTIME = 1, DX_CLOCK_MONOTONIC = 2, DX_CLOCK_DEVICE = 3 };
+enum dx_clock {
+    DX_CLOCK_NONE = 0,
+    DX_CLOCK_REALTIME = 1,
+    DX_CLOCK_MONOTONIC = 2,
+    DX_CLOCK_DEVICE = 3
+};
 
 struct dx_stamp {
     uint64_t host_ns;   /* CLOCK_MONOTONIC when the last byte came */
@@ -43,18 +50,19 @@ struct dx_block {
 struct dx_frame_part {
     uint64_t frame; /* number; parts of one frame share it */
     uint32_t col0, n_cols;
-    bool last;      /* ends the frame */
+    bool last; /* ends the frame */
     struct dx_stamp stamp;
 };
 
 /* Where decode() puts frames: the mailbox, or an offline tool. */
 struct dx_frame_sink {
     void *ctx;
-    /* Tells the geometry; before the first frame, and again when it changes (RESET). The sink takes its own
-     * reference. Non-zero stops the decode and is passed up. */
+    /* Tells the geometry; before the first frame, and again when it changes (RESET). The sink takes
+     * its own reference. Non-zero stops the decode and is passed up. */
     int (*geometry)(void *ctx, struct dx_geometry *g, uint8_t attr_bytes);
-    /* The plane of frame `number`, of the told geometry's size, to write columns into; all zero when
-     * the number is new. May wait (lossless replay). NULL: shutting down, return DX_DRIVER_E_AGAIN. */
+    /* The plane of frame `number`, of the told geometry's size, to write columns into; all zero
+     * when the number is new. May wait (lossless replay). NULL: shutting down, return
+     * DX_DRIVER_E_AGAIN. */
     struct dx_plane *(*plane)(void *ctx, uint64_t number);
     void (*deliver)(void *ctx, const struct dx_frame_part *part);
 };

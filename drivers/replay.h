@@ -1,6 +1,7 @@
 /*
- * Pacing of sources that have no device to wait for (recordings, simulated scenes): when is the next frame
- * due? Drift-free from the first frame's time; wakeable. Used by the reader thread; wake from any.
+ * Pacing of sources that have no device to wait for (recordings, simulated scenes): when is the
+ * next frame due? Drift-free from the first frame's time; wakeable. Used by the reader thread; wake
+ * from any.
  */
 #ifndef DX_REPLAY_H
 #define DX_REPLAY_H
@@ -11,12 +12,13 @@ struct dx_pace {
     double rate;       /* 1 real time, N times; 0 = as fast as possible */
     uint64_t start_ns; /* host time of stamp0_ns; 0 until the first wait */
     uint64_t stamp0_ns;
-    int wake_fd;       /* eventfd, -1 when not open */
+    int wake_fd; /* eventfd, -1 when not open */
 };
 
 int dx_pace_init(struct dx_pace *p, double rate);
 void dx_pace_fini(struct dx_pace *p);
-/* Waits until the frame stamped `stamp_ns` is due. 0 due; DX_DRIVER_E_AGAIN woken; negative errno. */
+/* Waits until the frame stamped `stamp_ns` is due. 0 due; DX_DRIVER_E_AGAIN woken; negative errno.
+ */
 int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns);
 void dx_pace_wake(struct dx_pace *p);
 /* Forget the start (loop, seek): the next wait is due at once. */

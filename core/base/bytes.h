@@ -1,7 +1,7 @@
 /*
- * Little-endian bytes, explicitly: single values at an address, and a reader and a writer that cannot
- * leave their buffer. A reader or writer that ran out stays failed, so that a decoder checks once at
- * its end; a failed reader yields zeros.
+ * Little-endian bytes, explicitly: single values at an address, and a reader and a writer that
+ * cannot leave their buffer. A reader or writer that ran out stays failed, so that a decoder checks
+ * once at its end; a failed reader yields zeros.
  */
 #ifndef DX_BYTES_H
 #define DX_BYTES_H

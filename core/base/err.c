@@ -1,6 +1,6 @@
 /*
- * Formatting of error texts. The one file of core that includes <stdio.h>: vsnprintf writes to memory,
- * no stream is touched.
+ * Formatting of error texts. The one file of core that includes <stdio.h>: vsnprintf writes to
+ * memory, no stream is touched.
  */
 #include "core/base/err.h"
 

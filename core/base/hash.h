@@ -1,6 +1,6 @@
 /*
- * A 64-bit content hash, not cryptographic: tells changed tiles from unchanged ones and stands for a mesh
- * in golden tests. The same value on every machine.
+ * A 64-bit content hash, not cryptographic: tells changed tiles from unchanged ones and stands for
+ * a mesh in golden tests. The same value on every machine.
  */
 #ifndef DX_HASH_H
 #define DX_HASH_H

@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#define MAX_THREADS 64
-
 struct worker {
     struct dx_pool *pool;
     pthread_t thread;
@@ -29,7 +27,7 @@ struct dx_pool {
     uint32_t n_tasks;
     atomic_uint next;
     unsigned n_workers;
-    struct worker worker[MAX_THREADS - 1];
+    struct worker worker[DX_POOL_MAX_THREADS - 1];
 };
 
 static void take_tasks(struct dx_pool *pool, unsigned number)
@@ -73,8 +71,8 @@ int dx_pool_new(struct dx_pool **out, unsigned n_threads)
         return -ENOMEM;
     if (n_threads == 0)
         n_threads = cpus > 0 ? (unsigned)cpus : 1;
-    if (n_threads > MAX_THREADS)
-        n_threads = MAX_THREADS;
+    if (n_threads > DX_POOL_MAX_THREADS)
+        n_threads = DX_POOL_MAX_THREADS;
     pthread_mutex_init(&pool->turn, NULL);
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->start, NULL);

@@ -1,12 +1,15 @@
 /*
- * A pool of threads for work that falls into independent tasks (tiles). dx_pool_run returns when every
- * task is done; tasks are handed out by an atomic counter, so which thread runs which task varies, and a
- * task must write only what belongs to it. Callers (the meshers of all streams) take turns.
+ * A pool of threads for work that falls into independent tasks (tiles). dx_pool_run returns when
+ * every task is done; tasks are handed out by an atomic counter, so which thread runs which task
+ * varies, and a task must write only what belongs to it. Callers (the meshers of all streams) take
+ * turns.
  */
 #ifndef DX_POOL_H
 #define DX_POOL_H
 
 #include <stdint.h>
+
+#define DX_POOL_MAX_THREADS 64
 
 struct dx_pool;
 
@@ -16,8 +19,8 @@ int dx_pool_new(struct dx_pool **out, unsigned n_threads);
 void dx_pool_free(struct dx_pool *pool);
 unsigned dx_pool_threads(const struct dx_pool *pool);
 
-/* Calls fn(ctx, task, thread) for task 0..n_tasks-1; `thread` is 0..dx_pool_threads()-1 and picks scratch
- * memory. `pool` may be NULL: all runs on the caller. Allocates nothing. */
+/* Calls fn(ctx, task, thread) for task 0..n_tasks-1; `thread` is 0..dx_pool_threads()-1 and picks
+ * scratch memory. `pool` may be NULL: all runs on the caller. Allocates nothing. */
 void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks,
                  void (*fn)(void *ctx, uint32_t task, unsigned thread), void *ctx);
 

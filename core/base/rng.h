@@ -1,7 +1,7 @@
 /*
- * Seeded random numbers, the same on every machine. A generator is one word; independent streams come
- * from hashing what they belong to (seed, frame, dexel) into the state, so that nothing depends on the
- * order in which dexels are drawn. One owner per generator.
+ * Seeded random numbers, the same on every machine. A generator is one word; independent streams
+ * come from hashing what they belong to (seed, frame, dexel) into the state, so that nothing
+ * depends on the order in which dexels are drawn. One owner per generator.
  */
 #ifndef DX_RNG_H
 #define DX_RNG_H

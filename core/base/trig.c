@@ -1,6 +1,6 @@
 /*
- * Elementary functions with a fixed order of operations (built with -ffp-contract=off). Range reduction
- * in two or three parts (Cody and Waite), then Taylor or odd series on a short interval.
+ * Elementary functions with a fixed order of operations (built with -ffp-contract=off). Range
+ * reduction in two or three parts (Cody and Waite), then Taylor or odd series on a short interval.
  */
 #include "core/base/trig.h"
 
@@ -8,10 +8,11 @@
 
 #include <math.h>
 
-/* pi/2 in three parts; the first two have trailing zero bits, so that k * part is exact for small k. */
-#define PIO2_HI 0x1.921fb544p+0
+/* pi/2 in three parts; the first two have trailing zero bits, so that k * part is exact for small
+ * k. */
+#define PIO2_HI  0x1.921fb544p+0
 #define PIO2_MID 0x1.0b4611a6p-34
-#define PIO2_LO 0x1.3198a2e037073p-69
+#define PIO2_LO  0x1.3198a2e037073p-69
 
 static double sin_poly(double x)
 {

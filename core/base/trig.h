@@ -1,7 +1,7 @@
 /*
- * sin, cos, atan2, exp and log as fixed polynomials in double: glibc's differ in the last bits between
- * machines (with and without FMA), and what we compute must not. Absolute error below 1e-14 (sin, cos,
- * atan2), relative below 1e-14 (exp, log). Pure functions, any thread.
+ * sin, cos, atan2, exp and log as fixed polynomials in double: glibc's differ in the last bits
+ * between machines (with and without FMA), and what we compute must not. Absolute error below 1e-14
+ * (sin, cos, atan2), relative below 1e-14 (exp, log). Pure functions, any thread.
  */
 #ifndef DX_TRIG_H
 #define DX_TRIG_H

@@ -1,6 +1,6 @@
 /*
- * From organized points to a geometry: which of the three models describes the directions of a frame of
- * xyz, and how well. Called by readers of xyz formats (PTX, PCD), once a frame.
+ * From organized points to a geometry: which of the three models describes the directions of a
+ * frame of xyz, and how well. Called by readers of xyz formats (PTX, PCD), once a frame.
  */
 #ifndef DX_FIT_H
 #define DX_FIT_H
@@ -18,8 +18,8 @@ struct dx_points {
 };
 
 struct dx_fit_options {
-    double unit_m;  /* 0: the finest 1-2-5 step that holds the largest range in 16 bits */
-    int seam;       /* -1: from the data, 0 open, 1 closed */
+    double unit_m; /* 0: the finest 1-2-5 step that holds the largest range in 16 bits */
+    int seam;      /* -1: from the data, 0 open, 1 closed */
 };
 
 struct dx_fit_report {
@@ -32,10 +32,10 @@ struct dx_fit_report {
 
 /*
  * Fits spinning (range from the origin, columns share an azimuth, rows an elevation; then also a
- * per-row azimuth offset) and pinhole (depth z), and takes the one whose rms residual is smaller and
- * below 0.1 dexel, else the table of the points' own directions (missing ones interpolated from their
- * neighbours). The result has unit, seam, handedness and range width set.
- * Errors: -EINVAL (sizes), -ENODATA (fewer than 16 valid points), -ENOMEM; text in err.
+ * per-row azimuth offset) and pinhole (depth z), and takes the one whose rms residual is smaller
+ * and below 0.1 dexel, else the table of the points' own directions (missing ones interpolated from
+ * their neighbours). The result has unit, seam, handedness and range width set. Errors: -EINVAL
+ * (sizes), -ENODATA (fewer than 16 valid points), -ENOMEM; text in err.
  */
 int dx_fit_geometry(struct dx_geometry **out, struct dx_fit_report *report,
                     const struct dx_points *points, const struct dx_fit_options *options,

@@ -1,13 +1,13 @@
 /*
  * Where a dexel looks: the map from (row, column, range) to a point in the scanner's own frame, in
- * metres. Three models; each is a blob of f32 tables, so that whoever holds the same bits computes the same
- * points. Immutable once made; shared between threads by reference count.
+ * metres. Three models; each is a blob of f32 tables, so that whoever holds the same bits computes
+ * the same points. Immutable once made; shared between threads by reference count.
  *
  * The f32 operations, in this order, each rounded (no fused multiply-add); r = (float)range * unit:
  *   spinning  row table (dx,dy,dz, ox,oy,oz), column table (c, s):
  *             u = ox + r*dx, v = oy + r*dy, w = oz + r*dz;  x = u*c - v*s, y = u*s + v*c, z = w
- *   pinhole   column table (X), row table (Y):  x = r*X, y = r*Y, z = r       (r is depth along the axis)
- *   table     dexel table (dx,dy,dz):           x = r*dx, y = r*dy, z = r*dz
+ *   pinhole   column table (X), row table (Y):  x = r*X, y = r*Y, z = r       (r is depth along the
+ * axis) table     dexel table (dx,dy,dz):           x = r*dx, y = r*dy, z = r*dz
  */
 #ifndef DX_GEOMETRY_H
 #define DX_GEOMETRY_H
@@ -27,8 +27,8 @@ struct dx_geometry {
     atomic_uint refs;
     enum dx_model model;
     uint32_t height, width;
-    bool wrap;           /* column 0 follows the last column (seam closed) */
-    bool flip;           /* handedness: emit (a,c,b) for index-plane (a,b,c), so that faces see the scanner */
+    bool wrap; /* column 0 follows the last column (seam closed) */
+    bool flip; /* handedness: emit (a,c,b) for index-plane (a,b,c), so that faces see the scanner */
     uint8_t range_bytes; /* 2 or 4: what a range of this stream needs */
     float unit_m;        /* metres per range unit */
     double pose[12];     /* rows of [R|t], scanner to world; never applied to chunks */
@@ -50,8 +50,8 @@ int dx_geometry_new(struct dx_geometry **out, enum dx_model model, uint32_t heig
 struct dx_geometry *dx_geometry_ref(struct dx_geometry *g);
 void dx_geometry_unref(struct dx_geometry *g); /* NULL is fine */
 
-/* Evenly spaced spinning scanner: azimuth0/elevation0 of column/row 0 and steps, radians; every beam
- * from one origin. `wrap` is set when the columns cover 360 degrees to a tenth of a step. */
+/* Evenly spaced spinning scanner: azimuth0/elevation0 of column/row 0 and steps, radians; every
+ * beam from one origin. `wrap` is set when the columns cover 360 degrees to a tenth of a step. */
 int dx_geometry_new_spinning(struct dx_geometry **out, uint32_t height, uint32_t width,
                              double azimuth0, double azimuth_step, double elevation0,
                              double elevation_step);
@@ -60,14 +60,19 @@ int dx_geometry_new_spinning(struct dx_geometry **out, uint32_t height, uint32_t
 int dx_geometry_new_pinhole(struct dx_geometry **out, uint32_t height, uint32_t width, double fx,
                             double fy, double cx, double cy);
 
-/* Sets `flip` from the tables' own orientation (majority of cells). Call after filling the tables. */
+/* Sets `flip` from the tables' own orientation (majority of cells). Call after filling the tables.
+ */
 void dx_geometry_orient(struct dx_geometry *g);
+
+/* Orientation of cell (row, col) as the scanner sees a, b, c, d: +1, -1, or 0 where the directions
+ * fold (its four corner triangles do not agree). */
+int dx_geometry_cell_sign(const struct dx_geometry *g, uint32_t row, uint32_t col);
 
 /* Unit direction of a dexel, in double (from the f32 tables). */
 void dx_geometry_direction(const struct dx_geometry *g, uint32_t row, uint32_t col, double dir[3]);
 
-/* Angle between the directions of two dexels, radians. For a pinhole this is the angle that the edge
- * rule uses: the step of the tangent table (ALGORITHMS 1.6), not the true angle. */
+/* Angle between the directions of two dexels, radians. For a pinhole this is the angle that the
+ * edge rule uses: the step of the tangent table (ALGORITHMS 1.6), not the true angle. */
 double dx_geometry_angle(const struct dx_geometry *g, uint32_t row0, uint32_t col0, uint32_t row1,
                          uint32_t col1);
 

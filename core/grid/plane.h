@@ -1,8 +1,8 @@
 /*
- * A rectangular plane of dexels: integer ranges in units of the stream's geometry, 0 = no return, and one
- * optional attribute a dexel (intensity). Row-major: dexel (row, col) is element row * width + col; rows
- * are elevations, columns azimuths, whichever way the device counts them. A frame and the published
- * array are both planes. Owned by one thread at a time.
+ * A rectangular plane of dexels: integer ranges in units of the stream's geometry, 0 = no return,
+ * and one optional attribute a dexel (intensity). Row-major: dexel (row, col) is element row *
+ * width + col; rows are elevations, columns azimuths, whichever way the device counts them. A frame
+ * and the published array are both planes. Owned by one thread at a time.
  */
 #ifndef DX_PLANE_H
 #define DX_PLANE_H
@@ -10,8 +10,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Bounds for every grid from outside; a stencil that wraps must not meet itself (width >= 8 to wrap). */
-#define DX_PLANE_MAX_SIDE 65535u
+/* Bounds for every grid from outside; a stencil that wraps must not meet itself (width >= 8 to
+ * wrap). */
+#define DX_PLANE_MAX_SIDE   65535u
 #define DX_PLANE_MAX_DEXELS (1u << 28)
 
 struct dx_plane {

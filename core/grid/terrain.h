@@ -1,7 +1,8 @@
 /*
  * Terrain mode (Gopi and Krishnan 2002, section 5, as decided in docs/terrain.md): a fixed array of
- * published dexels and its mesh, tile by tile. The mesh is a pure function of the published array and
- * the parameters; every decision is made in integers. Owned by one mesher; tiles are computed by a pool.
+ * published dexels and its mesh, tile by tile. The mesh is a pure function of the published array
+ * and the parameters; every decision is made in integers. Owned by one mesher; tiles are computed
+ * by a pool.
  */
 #ifndef DX_TERRAIN_H
 #define DX_TERRAIN_H
@@ -18,10 +19,11 @@ enum dx_diag {
 struct dx_terrain_params {
     double sigma[3];  /* s0 (m), s1 (1), s2 (1/m): sigma(r) = s0 + s1 r + s2 r^2, 1 sigma */
     bool sigma_given; /* false: estimated from the first frame, then kept */
-    double tilt_deg;  /* steepest incidence joined by the first-order rule; default 78.69 (tan = 5) */
-    double noise_k;   /* noise gate in sigmas; default 4 */
-    double cap_m;     /* longest edge, metres; 0 = no cap */
-    bool paper;       /* the paper's own rule: length <= cap_m, nothing else */
+    double
+        tilt_deg;   /* steepest incidence joined by the first-order rule; default 78.69 (tan = 5) */
+    double noise_k; /* noise gate in sigmas; default 4 */
+    double cap_m;   /* longest edge, metres; 0 = no cap */
+    bool paper;     /* the paper's own rule: length <= cap_m, nothing else */
     enum dx_diag diag;
 };
 
@@ -49,22 +51,24 @@ const struct dx_plane *dx_terrain_published(const struct dx_terrain *t);
 const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t);
 
 /*
- * Publishes columns [col0, col0 + n_cols) of `frame` (of the array's size; n_cols = width for a whole
- * frame) and marks the tiles they touch. The first call estimates the noise where it was not given: hand
- * it a whole frame, or set sigma.
+ * Publishes columns [col0, col0 + n_cols) of `frame` (of the array's size; n_cols = width for a
+ * whole frame) and marks the tiles they touch. The first call estimates the noise where it was not
+ * given: hand it a whole frame, or set sigma.
  */
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                         uint32_t n_cols);
 
 /*
  * Computes the marked tiles anew, on the pool (NULL: on the caller), and returns how many changed;
- * their bits are then set in dx_terrain_changed() until the next commit. Tile n is (n / cols, n % cols).
+ * their bits are then set in dx_terrain_changed() until the next commit. Tile n is (n / cols, n %
+ * cols).
  */
 uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool);
 const uint64_t *dx_terrain_changed(const struct dx_terrain *t);
 
-/* Fills `tile` with what the mesh of the published array is there (as of the last commit). Any thread,
- * while no publish or commit runs. False: no triangle there (row, col and sizes are filled all the same). */
+/* Fills `tile` with what the mesh of the published array is there (as of the last commit). Any
+ * thread, while no publish or commit runs. False: no triangle there (row, col and sizes are filled
+ * all the same). */
 bool dx_terrain_tile(const struct dx_terrain *t, uint32_t tile_number, struct dx_tile *tile);
 
 /* Noise model from one frame: per octave of range, the median absolute second difference of inverse

@@ -1,19 +1,20 @@
 /*
- * Tiles: 64x64 cells, each the property of one tile, and what a tile's mesh is made of. Cell (i,j) has
- * the corners a=(i,j), b=(i,j+1), c=(i+1,j+1), d=(i+1,j); columns are modulo the width where the grid
- * wraps. A tile's vertices live in a block of 67x67 dexels whose origin is one row and one column before
- * its first cell (room for struts); a vertex's name inside the tile is its rank among the used ones.
+ * Tiles: 64x64 cells, each the property of one tile, and what a tile's mesh is made of. Cell (i,j)
+ * has the corners a=(i,j), b=(i,j+1), c=(i+1,j+1), d=(i+1,j); columns are modulo the width where
+ * the grid wraps. A tile's vertices live in a block of 67x67 dexels whose origin is one row and one
+ * column before its first cell (room for struts); a vertex's name inside the tile is its rank among
+ * the used ones.
  */
 #ifndef DX_TILE_H
 #define DX_TILE_H
 
 #include "core/grid/geometry.h"
 
-#define DX_TILE_CELLS 64
-#define DX_BLOCK 67
-#define DX_BLOCK_DEXELS (DX_BLOCK * DX_BLOCK)
-#define DX_MASK_BYTES ((DX_BLOCK_DEXELS + 7) / 8)
-#define DX_TILE_MAX_VERTICES DX_BLOCK_DEXELS
+#define DX_TILE_CELLS         64
+#define DX_BLOCK              67
+#define DX_BLOCK_DEXELS       (DX_BLOCK * DX_BLOCK)
+#define DX_MASK_BYTES         ((DX_BLOCK_DEXELS + 7) / 8)
+#define DX_TILE_MAX_VERTICES  DX_BLOCK_DEXELS
 #define DX_TILE_MAX_TRIANGLES (2 * DX_TILE_CELLS * DX_TILE_CELLS)
 
 /* The seven outcomes of a cell. */
@@ -29,10 +30,10 @@ enum dx_cell {
 
 /* How a grid is cut into tiles. */
 struct dx_tiling {
-    uint32_t height, width;         /* dexels */
+    uint32_t height, width; /* dexels */
     bool wrap;
-    uint32_t cell_rows, cell_cols;  /* height-1, and width (wrap) or width-1 */
-    uint32_t rows, cols;            /* tiles */
+    uint32_t cell_rows, cell_cols; /* height-1, and width (wrap) or width-1 */
+    uint32_t rows, cols;           /* tiles */
 };
 
 void dx_tiling_init(struct dx_tiling *t, uint32_t height, uint32_t width, bool wrap);
@@ -44,11 +45,12 @@ static inline uint32_t dx_tiling_n_tiles(const struct dx_tiling *t)
 
 /* Topology and samples of one tile: all that its chunk says, before any encoding. */
 struct dx_tile {
-    uint16_t row, col;                          /* of the tile */
-    uint8_t cell_rows, cell_cols;               /* 1..64; less than 64 only in the last ones */
-    uint8_t attr_bytes;                         /* 0, 1 or 2 */
-    uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS]; /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
-    uint32_t range[DX_BLOCK_DEXELS];            /* block order; only used dexels matter */
+    uint16_t row, col;            /* of the tile */
+    uint8_t cell_rows, cell_cols; /* 1..64; less than 64 only in the last ones */
+    uint8_t attr_bytes;           /* 0, 1 or 2 */
+    uint8_t code[DX_TILE_CELLS *
+                 DX_TILE_CELLS];     /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
+    uint32_t range[DX_BLOCK_DEXELS]; /* block order; only used dexels matter */
     uint16_t attr[DX_BLOCK_DEXELS];
 };
 
@@ -57,8 +59,8 @@ struct dx_tile_mesh {
     uint16_t row, col;
     uint8_t attr_bytes;
     uint32_t n_vertices, n_triangles;
-    uint8_t mask[DX_MASK_BYTES];                /* bit k of byte k/8: block dexel k is a vertex */
-    float xyz[3 * DX_TILE_MAX_VERTICES];        /* scanner frame, metres, in rank order */
+    uint8_t mask[DX_MASK_BYTES];         /* bit k of byte k/8: block dexel k is a vertex */
+    float xyz[3 * DX_TILE_MAX_VERTICES]; /* scanner frame, metres, in rank order */
     uint16_t attr[DX_TILE_MAX_VERTICES];
     uint16_t index[3 * DX_TILE_MAX_TRIANGLES + 8]; /* ranks; 8 of slack for branch-free emission */
 };
@@ -66,8 +68,8 @@ struct dx_tile_mesh {
 /* Which block dexels the cells use, as the mask of struct dx_tile_mesh; returns how many. */
 uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES]);
 
-/* Triangles of the cells, as ranks under `mask` (from dx_tile_mask); returns how many. Oriented to face
- * the scanner (`flip` is the geometry's). `index` has the room of struct dx_tile_mesh. */
+/* Triangles of the cells, as ranks under `mask` (from dx_tile_mask); returns how many. Oriented to
+ * face the scanner (`flip` is the geometry's). `index` has the room of struct dx_tile_mesh. */
 uint32_t dx_tile_indices(const struct dx_tile *tile, const uint8_t mask[DX_MASK_BYTES], bool flip,
                          uint16_t *index);
 

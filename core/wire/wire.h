@@ -1,7 +1,7 @@
 /*
- * The socket protocol: framing and the bodies of all messages, both directions, little-endian. One struct
- * a message, one put and one get each; docs/protocol.md is the reference and says what each field means.
- * Pure functions on bytes; any thread.
+ * The socket protocol: framing and the bodies of all messages, both directions, little-endian. One
+ * struct a message, one put and one get each; docs/protocol.md is the reference and says what each
+ * field means. Pure functions on bytes; any thread.
  */
 #ifndef DX_WIRE_H
 #define DX_WIRE_H
@@ -14,15 +14,15 @@
 #define DX_WIRE_MINOR 1
 
 /* u32 length (of the body) | u16 type | u16 flags | u32 stream | u32 seq | u64 epoch */
-#define DX_WIRE_HEADER_LEN 24
-#define DX_WIRE_MAX_BODY (256u << 10)      /* server to client */
-#define DX_WIRE_MAX_CLIENT_BODY 1024u      /* client to server */
-#define DX_WIRE_GEOMETRY_PIECE (64u << 10) /* table bytes in one GEOMETRY message */
+#define DX_WIRE_HEADER_LEN      24
+#define DX_WIRE_MAX_BODY        (256u << 10) /* server to client */
+#define DX_WIRE_MAX_CLIENT_BODY 1024u        /* client to server */
+#define DX_WIRE_GEOMETRY_PIECE  (64u << 10)  /* table bytes in one GEOMETRY message */
 
-#define DX_WIRE_SKIPPABLE 0x0001u /* header flag: who does not know the type skips the message */
+#define DX_WIRE_SKIPPABLE       0x0001u /* header flag: who does not know the type skips the message */
 
 enum dx_message {
-    DX_MSG_HELLO = 1,     /* client */
+    DX_MSG_HELLO = 1, /* client */
     DX_MSG_WELCOME = 2,
     DX_MSG_ERROR = 3,
     DX_MSG_SUBSCRIBE = 4, /* client */
@@ -34,7 +34,7 @@ enum dx_message {
     DX_MSG_SNAPSHOT_BEGIN = 10,
     DX_MSG_SNAPSHOT_END = 11,
     DX_MSG_STREAM_STATE = 12,
-    DX_MSG_NEXT = 13,     /* client, pull mode */
+    DX_MSG_NEXT = 13, /* client, pull mode */
 };
 
 enum dx_encoding {
@@ -44,20 +44,21 @@ enum dx_encoding {
 };
 
 enum dx_mode {
-    DX_MODE_LIVE = 0,     /* batches as fast as the client takes them, at most one per min_interval_ms */
+    DX_MODE_LIVE =
+        0, /* batches as fast as the client takes them, at most one per min_interval_ms */
     DX_MODE_PULL = 1,     /* one batch for each NEXT */
     DX_MODE_LOSSLESS = 2, /* every epoch; only from a replay at rate max */
 };
 
 enum dx_wire_error { /* code of an ERROR message */
-    DX_WIRE_E_PROTOCOL = 1,
-    DX_WIRE_E_VERSION = 2,
-    DX_WIRE_E_NO_STREAM = 3,
-    DX_WIRE_E_ENCODING = 4,
-    DX_WIRE_E_MODE = 5,
-    DX_WIRE_E_LIMIT = 6,
-    DX_WIRE_E_SLOW = 7,
-    DX_WIRE_E_SHUTDOWN = 8,
+                     DX_WIRE_E_PROTOCOL = 1,
+                     DX_WIRE_E_VERSION = 2,
+                     DX_WIRE_E_NO_STREAM = 3,
+                     DX_WIRE_E_ENCODING = 4,
+                     DX_WIRE_E_MODE = 5,
+                     DX_WIRE_E_LIMIT = 6,
+                     DX_WIRE_E_SLOW = 7,
+                     DX_WIRE_E_SHUTDOWN = 8,
 };
 
 enum dx_stream_state {
@@ -87,7 +88,7 @@ struct dx_msg_hello {
 struct dx_msg_welcome {
     uint16_t major, minor;
     uint32_t features, encodings;
-    uint32_t max_body;   /* no message of this server has a longer body */
+    uint32_t max_body; /* no message of this server has a longer body */
     uint32_t n_streams;
     char server[DX_WIRE_TEXT]; /* "dexeld 0.1.0" */
 };
@@ -100,7 +101,7 @@ struct dx_msg_error {
 struct dx_msg_subscribe {
     char stream[DX_WIRE_NAME]; /* "" takes the only stream */
     uint8_t encoding, mode;
-    uint8_t want_attr;         /* 1: attribute sections, where the stream has one */
+    uint8_t want_attr; /* 1: attribute sections, where the stream has one */
     uint32_t min_interval_ms;
     uint16_t tile_row0, tile_col0, n_tile_rows, n_tile_cols; /* region; 0 rows and cols = all */
 };
@@ -108,30 +109,31 @@ struct dx_msg_subscribe {
 struct dx_msg_subscribed {
     char stream[DX_WIRE_NAME];
     uint8_t encoding, mode;
-    uint8_t attr_bytes;             /* 0: TILEs carry no attribute */
+    uint8_t attr_bytes; /* 0: TILEs carry no attribute */
     uint8_t model, wrap, flip, range_bytes;
     uint32_t height, width;
     uint16_t tile_rows, tile_cols;
     float unit_m;
     double pose[12];
-    uint32_t table_bytes;           /* GEOMETRY follows in pieces when not 0 (q16) */
+    uint32_t table_bytes; /* GEOMETRY follows in pieces when not 0 (q16) */
     double sigma[3], tilt_deg, noise_k, cap_m;
     uint8_t diag, paper;
 };
 
-struct dx_msg_geometry { /* a piece of the tables, f32 bits */
+struct dx_msg_geometry {    /* a piece of the tables, f32 bits */
     uint32_t offset, total; /* bytes */
     uint32_t len;
     const uint8_t *bytes; /* into the body */
 };
 
 struct dx_msg_commit {
-    uint64_t frame;      /* number of the newest frame in this epoch, from 0 */
+    uint64_t frame; /* number of the newest frame in this epoch, from 0 */
     uint64_t host_ns, device_ns;
-    uint32_t clock_id;   /* of device_ns: 0 none, 1 CLOCK_REALTIME, 2 CLOCK_MONOTONIC, 3 device's own */
-    uint64_t n_dropped;  /* frames the mailbox skipped since the stream began */
-    uint32_t n_tiles;    /* TILE messages in this batch */
-    uint32_t flags;      /* DX_COMMIT_* */
+    uint32_t
+        clock_id; /* of device_ns: 0 none, 1 CLOCK_REALTIME, 2 CLOCK_MONOTONIC, 3 device's own */
+    uint64_t n_dropped; /* frames the mailbox skipped since the stream began */
+    uint32_t n_tiles;   /* TILE messages in this batch */
+    uint32_t flags;     /* DX_COMMIT_* */
 };
 
 #define DX_COMMIT_PARTIAL 0x1u /* more columns of this frame will come */
@@ -150,7 +152,8 @@ void dx_wire_get_header(struct dx_wire_header *h, const uint8_t in[DX_WIRE_HEADE
 
 /*
  * put: appends the body to the writer (check w->failed). get: 0, or -EBADMSG when the body is too
- * short, too long, or a field is out of its range. Texts are cut to their room, never left without NUL.
+ * short, too long, or a field is out of its range. Texts are cut to their room, never left without
+ * NUL.
  */
 void dx_msg_hello_put(struct dx_writer *w, const struct dx_msg_hello *m);
 int dx_msg_hello_get(struct dx_msg_hello *m, const uint8_t *body, size_t len);
@@ -171,8 +174,8 @@ int dx_msg_reset_get(struct dx_msg_reset *m, const uint8_t *body, size_t len);
 void dx_msg_stream_state_put(struct dx_writer *w, const struct dx_msg_stream_state *m);
 int dx_msg_stream_state_get(struct dx_msg_stream_state *m, const uint8_t *body, size_t len);
 
-const char *dx_encoding_name(unsigned encoding);            /* "f32", "q16" */
-int dx_encoding_from_name(const char *name);                /* or -1 */
+const char *dx_encoding_name(unsigned encoding); /* "f32", "q16" */
+int dx_encoding_from_name(const char *name);     /* or -1 */
 const char *dx_stream_state_name(unsigned state);
 
 #endif

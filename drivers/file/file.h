@@ -1,7 +1,7 @@
 /*
  * The file driver: recordings replayed through the same path as devices. A source is one file, or a
- * directory or glob of files, which then are a sequence of frames in name order; the format is told by
- * content, then by name. Formats are rooms of their own (in_*.c) behind struct dx_format.
+ * directory or glob of files, which then are a sequence of frames in name order; the format is told
+ * by content, then by name. Formats are rooms of their own (in_*.c) behind struct dx_format.
  */
 #ifndef DX_FILE_H
 #define DX_FILE_H
@@ -10,11 +10,11 @@
 #include "core/grid/fit.h"
 
 struct dx_file_config {
-    const char *path;   /* file, directory or glob */
-    double rate;        /* 1 real time, N times; 0 = max */
-    double fps;         /* frames a second where the files carry no time; 0 = 10 */
+    const char *path; /* file, directory or glob */
+    double rate;      /* 1 real time, N times; 0 = max */
+    double fps;       /* frames a second where the files carry no time; 0 = 10 */
     bool loop;
-    int attr_bytes;     /* -1: as the data has it; 0 none; 1; 2 */
+    int attr_bytes; /* -1: as the data has it; 0 none; 1; 2 */
     struct dx_fit_options fit;
 };
 

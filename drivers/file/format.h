@@ -1,6 +1,7 @@
 /*
- * What a file format is to the file driver: it recognises its bytes, cuts a file into blocks of one frame,
- * and turns a block into organized points. Each format is one in_NAME.c that knows nothing of the others.
+ * What a file format is to the file driver: it recognises its bytes, cuts a file into blocks of one
+ * frame, and turns a block into organized points. Each format is one in_NAME.c that knows nothing
+ * of the others.
  */
 #ifndef DX_FORMAT_H
 #define DX_FORMAT_H
@@ -14,11 +15,11 @@
 /* Organized points of one frame, owned by the caller, reused from frame to frame. Row-major. */
 struct dx_xyz_frame {
     uint32_t height, width;
-    double *xyz;          /* NaN where there is no return; scanner frame, metres */
-    uint16_t *attr;       /* NULL when the file has none */
-    uint8_t attr_bytes;   /* 1 or 2: the depth that the file's attribute has */
-    double pose[12];      /* rows of [R|t], scanner to world */
-    size_t cap_dexels;    /* room in xyz and attr */
+    double *xyz;        /* NaN where there is no return; scanner frame, metres */
+    uint16_t *attr;     /* NULL when the file has none */
+    uint8_t attr_bytes; /* 1 or 2: the depth that the file's attribute has */
+    double pose[12];    /* rows of [R|t], scanner to world */
+    size_t cap_dexels;  /* room in xyz and attr */
     uint16_t *attr_room;
 };
 
@@ -29,10 +30,11 @@ struct dx_format {
     const char *name;
     /* The first bytes (up to 4096, decompressed) and the name look like this format. */
     bool (*probe)(const uint8_t *bytes, size_t len, const char *path);
-    /* Length of the frame that starts at bytes[0] (a PTX holds several scans). 0: no frame left (blank
-     * space to the end). Negative: err. */
+    /* Length of the frame that starts at bytes[0] (a PTX holds several scans). 0: no frame left
+     * (blank space to the end). Negative: err. */
     int64_t (*block_len)(const uint8_t *bytes, size_t len, struct dx_err *err);
-    /* One block to points. Errors name line or byte offset (of the block), what was found and expected. */
+    /* One block to points. Errors name line or byte offset (of the block), what was found and
+     * expected. */
     int (*decode)(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len, struct dx_err *err);
 };
 

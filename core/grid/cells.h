@@ -1,0 +1,29 @@
+/*
+ * The scalar reference of terrain mode: the edge rule and the cell rule on one tile, in integers.
+ * It is the oracle for every faster kernel and stays readable. Reads the published array and the
+ * constants; writes only its scratch; any number of tiles at once.
+ */
+#ifndef DX_CELLS_H
+#define DX_CELLS_H
+
+#include "core/grid/gates.h"
+
+#define DX_CELL_BLOCK (DX_TILE_CELLS + 1) /* dexels a side that a tile's cells touch */
+
+/* A tile's dexels with what a kernel needs at hand; columns past the seam already unwrapped. One
+ * per thread. */
+struct dx_cell_block {
+    uint32_t n_rows, n_cols; /* cells */
+    uint16_t range16[DX_CELL_BLOCK][DX_CELL_BLOCK];
+    uint32_t range32[DX_CELL_BLOCK][DX_CELL_BLOCK]; /* wide only */
+    uint32_t c[DX_N_EDGES][DX_CELL_BLOCK][DX_CELL_BLOCK];
+    int32_t direction[DX_CELL_BLOCK][DX_CELL_BLOCK][3]; /* capped only; unit vectors * 2^24 */
+};
+
+/* Cell codes (enum dx_cell, row stride DX_TILE_CELLS) of tile (row, col) of the published plane. */
+void dx_cells_compute(uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS], struct dx_cell_block *scratch,
+                      const struct dx_plane *plane, const struct dx_tiling *tiling,
+                      const struct dx_geometry *g, const struct dx_gates *gates, enum dx_diag diag,
+                      uint32_t tile_row, uint32_t tile_col);
+
+#endif

@@ -1,0 +1,34 @@
+/* Allocation of dexel planes. */
+#include "core/grid/plane.h"
+
+#include <errno.h>
+#include <stdlib.h>
+
+int dx_plane_init(struct dx_plane *plane, uint32_t height, uint32_t width, uint8_t range_bytes,
+                  uint8_t attr_bytes)
+{
+    size_t n = (size_t)height * width;
+
+    *plane = (struct dx_plane){0};
+    if (height == 0 || width == 0 || height > DX_PLANE_MAX_SIDE || width > DX_PLANE_MAX_SIDE ||
+        n > DX_PLANE_MAX_DEXELS || (range_bytes != 2 && range_bytes != 4) || attr_bytes > 2)
+        return -EINVAL;
+    plane->height = height;
+    plane->width = width;
+    plane->range_bytes = range_bytes;
+    plane->attr_bytes = attr_bytes;
+    plane->range = calloc(n, range_bytes);
+    plane->attr = attr_bytes ? calloc(n, attr_bytes) : NULL;
+    if (!plane->range || (attr_bytes && !plane->attr)) {
+        dx_plane_fini(plane);
+        return -ENOMEM;
+    }
+    return 0;
+}
+
+void dx_plane_fini(struct dx_plane *plane)
+{
+    free(plane->range);
+    free(plane->attr);
+    *plane = (struct dx_plane){0};
+}

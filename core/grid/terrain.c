@@ -1,0 +1,306 @@
+/*
+ * The published array and its mesh, tile by tile: what changed is marked when it is published,
+ * marked tiles are computed anew at the commit, and a tile has changed when its content hash has.
+ */
+#include "core/grid/terrain.h"
+
+#include "core/grid/cells.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Cells whose outcome a dexel can change lie within this distance of it (ALGORITHMS 1.8). The
+ * first-order rule reads the four corners and nothing else. */
+#define HALO 1
+
+struct scratch {
+    struct dx_cell_block block;
+    struct dx_tile tile;
+};
+
+struct dx_terrain {
+    struct dx_geometry *geometry;
+    struct dx_terrain_params params;
+    struct dx_tiling tiling;
+    struct dx_gates gates;
+    bool gates_set; /* with the first frame: the noise may come from it */
+    struct dx_plane published;
+    uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
+    uint64_t *hash;             /* a tile; 0 = no triangles */
+    uint64_t *marked, *changed; /* bits by tile number */
+    uint32_t *task;             /* tile numbers of the commit under way */
+    struct scratch *scratch;    /* one a thread of the pool */
+    unsigned n_scratch;
+};
+
+void dx_terrain_params_default(struct dx_terrain_params *p)
+{
+    *p = (struct dx_terrain_params){.tilt_deg = 78.69, .noise_k = 4, .diag = DX_DIAG_SHORT};
+}
+
+const char *dx_terrain_params_check(const struct dx_terrain_params *p)
+{
+    for (int k = 0; k < 3; k++)
+        if (!(p->sigma[k] >= 0 && p->sigma[k] <= 1000))
+            return "sigma must be three numbers from 0 to 1000";
+    if (!(p->tilt_deg >= 0 && p->tilt_deg <= 89))
+        return "tilt must be from 0 to 89 degrees";
+    if (!(p->noise_k >= 0 && p->noise_k <= 100))
+        return "noise gate must be from 0 to 100 sigmas";
+    if (!(p->cap_m >= 0 && p->cap_m <= 1e6))
+        return "cap must be from 0 to 1000000 metres";
+    if (p->paper && p->cap_m == 0)
+        return "the paper's mode needs a cap: the radius of its sphere of influence";
+    if (p->diag != DX_DIAG_FIXED && p->diag != DX_DIAG_SHORT)
+        return "diag must be fixed or short";
+    return NULL;
+}
+
+static uint64_t *bits_new(uint32_t n)
+{
+    return calloc((size_t)n / 64 + 1, sizeof(uint64_t));
+}
+
+int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
+                   const struct dx_terrain_params *params, uint8_t attr_bytes)
+{
+    struct dx_terrain *t;
+    size_t n_tiles;
+    int r;
+
+    if (dx_terrain_params_check(params) || g->height < 2 || g->width < 2)
+        return -EINVAL;
+    t = calloc(1, sizeof(*t));
+    if (!t)
+        return -ENOMEM;
+    t->geometry = dx_geometry_ref(g);
+    t->params = *params;
+    dx_tiling_init(&t->tiling, g->height, g->width, g->wrap);
+    n_tiles = dx_tiling_n_tiles(&t->tiling);
+    t->n_scratch = DX_POOL_MAX_THREADS;
+    t->code = calloc(n_tiles, DX_TILE_CELLS * DX_TILE_CELLS);
+    t->hash = calloc(n_tiles, sizeof(*t->hash));
+    t->marked = bits_new((uint32_t)n_tiles);
+    t->changed = bits_new((uint32_t)n_tiles);
+    t->task = calloc(n_tiles, sizeof(*t->task));
+    t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
+    r = dx_plane_init(&t->published, g->height, g->width, g->range_bytes, attr_bytes);
+    if (r == 0)
+        r = dx_gates_init(&t->gates, g);
+    if (r == 0 && (!t->code || !t->hash || !t->marked || !t->changed || !t->task || !t->scratch))
+        r = -ENOMEM;
+    if (r < 0) {
+        dx_terrain_free(t);
+        return r;
+    }
+    *out = t;
+    return 0;
+}
+
+void dx_terrain_free(struct dx_terrain *t)
+{
+    if (!t)
+        return;
+    dx_plane_fini(&t->published);
+    free(t->scratch);
+    free(t->task);
+    free(t->changed);
+    free(t->marked);
+    free(t->hash);
+    free(t->code);
+    dx_gates_fini(&t->gates);
+    dx_geometry_unref(t->geometry);
+    free(t);
+}
+
+const struct dx_tiling *dx_terrain_tiling(const struct dx_terrain *t)
+{
+    return &t->tiling;
+}
+
+const struct dx_geometry *dx_terrain_geometry(const struct dx_terrain *t)
+{
+    return t->geometry;
+}
+
+const struct dx_plane *dx_terrain_published(const struct dx_terrain *t)
+{
+    return &t->published;
+}
+
+const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t)
+{
+    return &t->params;
+}
+
+const uint64_t *dx_terrain_changed(const struct dx_terrain *t)
+{
+    return t->changed;
+}
+
+/* ---- publishing ----------------------------------------------------------------------------- */
+
+/* Marks the tiles that own cells within HALO of dexels (row, col0..col1). */
+static void mark_tiles(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
+{
+    const struct dx_tiling *g = &t->tiling;
+    uint32_t i0 = row > HALO ? row - HALO : 0;
+    uint32_t i1 = row + HALO - 1 < g->cell_rows ? row + HALO - 1 : g->cell_rows - 1;
+    int64_t j0 = (int64_t)col0 - HALO, j1 = (int64_t)col1 + HALO - 1;
+
+    if (!g->wrap) {
+        j0 = j0 < 0 ? 0 : j0;
+        j1 = j1 < g->cell_cols ? j1 : g->cell_cols - 1;
+    }
+    for (uint32_t ti = i0 / DX_TILE_CELLS; ti <= i1 / DX_TILE_CELLS; ti++)
+        for (int64_t j = j0;;) {
+            uint32_t col = (uint32_t)((j + g->cell_cols) % g->cell_cols);
+            uint32_t n = ti * g->cols + col / DX_TILE_CELLS;
+
+            t->marked[n / 64] |= 1ull << (n % 64);
+            if (j == j1)
+                break;
+            j = j + DX_TILE_CELLS < j1 ? j + DX_TILE_CELLS : j1;
+        }
+}
+
+/* Copies `n` bytes of a row segment; whether they differed. */
+static bool replace(void *to, const void *from, size_t n)
+{
+    if (memcmp(to, from, n) == 0)
+        return false;
+    memcpy(to, from, n);
+    return true;
+}
+
+static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
+                            uint32_t col0, uint32_t n)
+{
+    size_t at = (size_t)row * frame->width + col0;
+    size_t rb = frame->range_bytes, ab = t->published.attr_bytes;
+    bool differs = replace((uint8_t *)t->published.range + at * rb,
+                           (const uint8_t *)frame->range + at * rb, n * rb);
+
+    if (ab)
+        differs |= replace((uint8_t *)t->published.attr + at * ab,
+                           (const uint8_t *)frame->attr + at * ab, n * ab);
+    if (differs)
+        mark_tiles(t, row, col0, col0 + n - 1);
+}
+
+/* The noise and the constants that follow from it, once. */
+static void settle_gates(struct dx_terrain *t, const struct dx_plane *frame)
+{
+    if (!t->params.sigma_given)
+        dx_noise_estimate(t->params.sigma, frame, t->geometry);
+    dx_gates_set(&t->gates, t->geometry, &t->params);
+    t->gates_set = true;
+}
+
+void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
+                        uint32_t n_cols)
+{
+    if (!t->gates_set)
+        settle_gates(t, frame);
+    for (uint32_t i = 0; i < frame->height; i++)
+        for (uint32_t j = col0; j < col0 + n_cols;) {
+            uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
+
+            end = end < col0 + n_cols ? end : col0 + n_cols;
+            publish_segment(t, frame, i, j, end - j);
+            j = end;
+        }
+}
+
+/* ---- committing ----------------------------------------------------------------------------- */
+
+/* Which rectangle of the grid a tile is, without its samples. */
+static void describe(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile)
+{
+    const struct dx_tiling *g = &t->tiling;
+    uint32_t row = number / g->cols, col = number % g->cols;
+    uint32_t rows = g->cell_rows - row * DX_TILE_CELLS, cols = g->cell_cols - col * DX_TILE_CELLS;
+
+    tile->row = (uint16_t)row;
+    tile->col = (uint16_t)col;
+    tile->cell_rows = (uint8_t)(rows < DX_TILE_CELLS ? rows : DX_TILE_CELLS);
+    tile->cell_cols = (uint8_t)(cols < DX_TILE_CELLS ? cols : DX_TILE_CELLS);
+    tile->attr_bytes = t->published.attr_bytes;
+}
+
+/* The samples under a tile's own cells, in block order. */
+static void gather(const struct dx_terrain *t, struct dx_tile *tile)
+{
+    const struct dx_plane *p = &t->published;
+
+    for (uint32_t i = 0; i <= tile->cell_rows; i++) {
+        size_t row = ((size_t)tile->row * DX_TILE_CELLS + i) * p->width;
+        uint32_t col = (uint32_t)tile->col * DX_TILE_CELLS;
+        uint32_t *range = tile->range + (size_t)(i + 1) * DX_BLOCK + 1;
+        uint16_t *attr = tile->attr + (size_t)(i + 1) * DX_BLOCK + 1;
+
+        for (uint32_t j = 0; j <= tile->cell_cols; j++, col++) {
+            col = col < p->width ? col : 0;
+            range[j] = dx_plane_range(p, row + col);
+            attr[j] = (uint16_t)dx_plane_attr(p, row + col);
+        }
+    }
+}
+
+static bool has_triangles(const uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS])
+{
+    uint8_t any = 0;
+
+    for (uint32_t k = 0; k < DX_TILE_CELLS * DX_TILE_CELLS; k++)
+        any |= code[k];
+    return any != 0;
+}
+
+bool dx_terrain_tile(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile)
+{
+    describe(t, number, tile);
+    memcpy(tile->code, t->code + (size_t)number * sizeof(tile->code), sizeof(tile->code));
+    if (t->hash[number] == 0)
+        return false;
+    gather(t, tile);
+    return true;
+}
+
+static void compute_tile(void *ctx, uint32_t task, unsigned thread)
+{
+    struct dx_terrain *t = ctx;
+    uint32_t number = t->task[task];
+    struct scratch *s = &t->scratch[thread];
+    uint64_t hash = 0;
+
+    describe(t, number, &s->tile);
+    dx_cells_compute(s->tile.code, &s->block, &t->published, &t->tiling, t->geometry, &t->gates,
+                     t->params.diag, s->tile.row, s->tile.col);
+    if (has_triangles(s->tile.code)) {
+        gather(t, &s->tile);
+        hash = dx_tile_hash(&s->tile);
+    }
+    memcpy(t->code + (size_t)number * sizeof(s->tile.code), s->tile.code, sizeof(s->tile.code));
+    /* tasks write disjoint words: one hash a tile; the changed bits are set by the caller */
+    t->task[task] = hash != t->hash[number] ? number : UINT32_MAX;
+    t->hash[number] = hash;
+}
+
+uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
+{
+    uint32_t n_tiles = dx_tiling_n_tiles(&t->tiling), n = 0, n_changed = 0;
+
+    memset(t->changed, 0, ((size_t)n_tiles / 64 + 1) * sizeof(*t->changed));
+    for (uint32_t k = 0; t->gates_set && k < n_tiles; k++)
+        if (t->marked[k / 64] >> (k % 64) & 1)
+            t->task[n++] = k;
+    memset(t->marked, 0, ((size_t)n_tiles / 64 + 1) * sizeof(*t->marked));
+    dx_pool_run(pool, n, compute_tile, t);
+    for (uint32_t k = 0; k < n; k++)
+        if (t->task[k] != UINT32_MAX) {
+            t->changed[t->task[k] / 64] |= 1ull << (t->task[k] % 64);
+            n_changed++;
+        }
+    return n_changed;
+}

@@ -1,0 +1,213 @@
+/*
+ * From the cells of a tile to its mesh: which dexels are vertices, their ranks, their points, and
+ * the triangles. Shared by the daemon's encoders and the client's decoders, so that both get the
+ * same bits.
+ */
+#include "core/grid/tile.h"
+
+#include "core/base/hash.h"
+
+#include <string.h>
+
+void dx_tiling_init(struct dx_tiling *t, uint32_t height, uint32_t width, bool wrap)
+{
+    *t = (struct dx_tiling){.height = height, .width = width, .wrap = wrap};
+    t->cell_rows = height ? height - 1 : 0;
+    t->cell_cols = wrap || width == 0 ? width : width - 1;
+    t->rows = (t->cell_rows + DX_TILE_CELLS - 1) / DX_TILE_CELLS;
+    t->cols = (t->cell_cols + DX_TILE_CELLS - 1) / DX_TILE_CELLS;
+}
+
+/* One byte for each block dexel: 1 where a cell uses it. */
+struct used {
+    uint8_t at[DX_BLOCK_DEXELS + 7]; /* zero padding for the packing by eights */
+};
+
+static void mark_used(const struct dx_tile *tile, struct used *used)
+{
+    memset(used, 0, sizeof(*used));
+    for (uint32_t i = 0; i < tile->cell_rows; i++) {
+        const uint8_t *code = tile->code + (size_t)i * DX_TILE_CELLS;
+        uint8_t *top = used->at + (size_t)(i + 1) * DX_BLOCK + 1, *bottom = top + DX_BLOCK;
+        uint8_t a[DX_TILE_CELLS], b[DX_TILE_CELLS], c[DX_TILE_CELLS], d[DX_TILE_CELLS];
+
+        /* each corner is spared by exactly one outcome beside "none" */
+        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
+            uint8_t some = code[j] != DX_CELL_NONE;
+
+            a[j] = some & (code[j] != DX_CELL_BCD);
+            b[j] = some & (code[j] != DX_CELL_ACD);
+            c[j] = some & (code[j] != DX_CELL_ABD);
+            d[j] = some & (code[j] != DX_CELL_ABC);
+        }
+        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
+            top[j] |= a[j];
+            bottom[j] |= d[j];
+        }
+        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
+            top[j + 1] |= b[j];
+            bottom[j + 1] |= c[j];
+        }
+    }
+}
+
+static void pack_mask(const struct used *used, uint8_t mask[DX_MASK_BYTES])
+{
+    for (uint32_t k = 0; k < DX_MASK_BYTES; k++) {
+        const uint8_t *u = used->at + 8 * (size_t)k;
+
+        mask[k] = (uint8_t)(u[0] | u[1] << 1 | u[2] << 2 | u[3] << 3 | u[4] << 4 | u[5] << 5 |
+                            u[6] << 6 | u[7] << 7);
+    }
+}
+
+/* rank[k] = used dexels before k; returns their number. */
+static uint32_t rank_used(const struct used *used, uint16_t rank[DX_BLOCK_DEXELS])
+{
+    uint32_t n = 0;
+
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
+        rank[k] = (uint16_t)n;
+        n += used->at[k];
+    }
+    return n;
+}
+
+uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
+{
+    struct used used;
+    uint32_t n = 0;
+
+    mark_used(tile, &used);
+    pack_mask(&used, mask);
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        n += used.at[k];
+    return n;
+}
+
+/* Corners of the triangles of each outcome: 0 a, 1 b, 2 c, 3 d; in index order, and flipped. */
+static const uint8_t corners[2][7][6] = {
+    {{0}, {0, 1, 2}, {0, 2, 3}, {0, 1, 2, 0, 2, 3}, {0, 1, 3}, {1, 2, 3}, {0, 1, 3, 1, 2, 3}},
+    {{0}, {0, 2, 1}, {0, 3, 2}, {0, 2, 1, 0, 3, 2}, {0, 3, 1}, {1, 3, 2}, {0, 3, 1, 1, 3, 2}},
+};
+static const uint8_t n_triangles[7] = {0, 1, 1, 2, 1, 1, 2};
+
+static uint32_t emit_indices(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS],
+                             bool flip, uint16_t *index)
+{
+    const uint8_t(*corner)[6] = corners[flip];
+    uint16_t *out = index;
+
+    for (uint32_t i = 0; i < tile->cell_rows; i++) {
+        const uint8_t *code = tile->code + (size_t)i * DX_TILE_CELLS;
+        const uint16_t *top = rank + (size_t)(i + 1) * DX_BLOCK + 1, *bottom = top + DX_BLOCK;
+
+        for (uint32_t j = 0; j < tile->cell_cols; j++) {
+            const uint16_t v[4] = {top[j], top[j + 1], bottom[j + 1], bottom[j]};
+            const uint8_t *k = corner[code[j]];
+
+            /* always six, advance by what counts: no branch to mispredict at silhouettes */
+            for (int m = 0; m < 6; m++)
+                out[m] = v[k[m]];
+            out += 3 * n_triangles[code[j]];
+        }
+    }
+    return (uint32_t)(out - index) / 3;
+}
+
+uint32_t dx_tile_indices(const struct dx_tile *tile, const uint8_t mask[DX_MASK_BYTES], bool flip,
+                         uint16_t *index)
+{
+    uint16_t rank[DX_BLOCK_DEXELS];
+    struct used used;
+
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        used.at[k] = mask[k / 8] >> (k % 8) & 1;
+    rank_used(&used, rank);
+    return emit_indices(tile, rank, flip, index);
+}
+
+/* Columns of the grid under the block's columns, and how many of them are in the grid. */
+static void block_columns(const struct dx_tile *tile, const struct dx_tiling *tiling,
+                          uint32_t col[DX_BLOCK])
+{
+    for (uint32_t j = 0; j < DX_BLOCK; j++)
+        col[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
+}
+
+/* The points of one block row, stored one after the other: each is written, and kept if used. The
+ * operations are those of dx_geometry_point, with what a row shares taken out of the loop. */
+static float *row_points(float *out, const struct dx_geometry *g, uint32_t row,
+                         const uint32_t col[DX_BLOCK], const uint32_t range[DX_BLOCK],
+                         const uint8_t used[DX_BLOCK])
+{
+    if (g->model == DX_MODEL_SPINNING) {
+        const float *d = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
+
+        for (uint32_t j = 0; j < DX_BLOCK; j++) {
+            const float *cs = g->table + 2 * (size_t)col[j];
+            float r = (float)range[j] * g->unit_m;
+            float u = d[3] + r * d[0], v = d[4] + r * d[1];
+
+            out[0] = u * cs[0] - v * cs[1];
+            out[1] = u * cs[1] + v * cs[0];
+            out[2] = d[5] + r * d[2];
+            out += 3 * used[j];
+        }
+        return out;
+    }
+    for (uint32_t j = 0; j < DX_BLOCK; j++)
+        if (used[j]) {
+            dx_geometry_point(g, row, col[j], range[j], out);
+            out += 3;
+        }
+    return out;
+}
+
+void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
+                        const struct dx_tiling *tiling, const struct dx_geometry *g)
+{
+    uint16_t rank[DX_BLOCK_DEXELS];
+    uint32_t col[DX_BLOCK];
+    struct used used;
+    float *xyz = mesh->xyz;
+
+    mesh->row = tile->row;
+    mesh->col = tile->col;
+    mesh->attr_bytes = tile->attr_bytes;
+    mark_used(tile, &used);
+    pack_mask(&used, mesh->mask);
+    mesh->n_vertices = rank_used(&used, rank);
+    mesh->n_triangles = emit_indices(tile, rank, g->flip, mesh->index);
+
+    block_columns(tile, tiling, col);
+    for (uint32_t i = 1; i <= (uint32_t)tile->cell_rows + 1; i++)
+        xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, col,
+                         tile->range + (size_t)i * DX_BLOCK, used.at + (size_t)i * DX_BLOCK);
+    if (tile->attr_bytes)
+        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+            if (used.at[k])
+                mesh->attr[rank[k]] = tile->attr[k];
+}
+
+uint64_t dx_tile_hash(const struct dx_tile *tile)
+{
+    static const uint64_t seed =
+        0x7465727261696e; /* so that no tile with triangles hashes to 0 by design */
+    uint16_t attr[DX_BLOCK_DEXELS];
+    uint32_t range[DX_BLOCK_DEXELS];
+    struct used used;
+    uint64_t h;
+
+    mark_used(tile, &used);
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        range[k] = used.at[k] ? tile->range[k] : 0;
+    h = dx_hash(seed, tile->code, sizeof(tile->code));
+    h = dx_hash(h, range, sizeof(range));
+    if (tile->attr_bytes) {
+        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+            attr[k] = used.at[k] ? tile->attr[k] : 0;
+        h = dx_hash(h, attr, sizeof(attr));
+    }
+    return h | 1; /* 0 is kept for tiles without triangles */
+}
