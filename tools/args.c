@@ -8,6 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+int dx_arg_help(const char *text)
+{
+    fputs(text, stdout);
+    return DX_ARG_E_HELP;
+}
+
 int dx_arg_bad(const struct dx_arg *arg, const char *expected, ...)
 {
     va_list ap;

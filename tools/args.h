@@ -12,6 +12,10 @@
 #include <getopt.h>
 #include <stdint.h>
 
+/* Positive result: the help was asked for and printed; exit status 0. */
+#define DX_ARG_E_HELP 1
+int dx_arg_help(const char *text);
+
 /* Where a value stands, for the message. */
 struct dx_arg {
     const char *command; /* "dexel mesh" */
