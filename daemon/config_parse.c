@@ -177,6 +177,15 @@ static int fail_key_value(struct parse *p, const struct dx_config_key *key)
     return fail_value(p, allowed);
 }
 
+static int fail_empty(struct parse *p, struct dx_config_mark start, const struct dx_config_key *key)
+{
+    char allowed[DX_CONFIG_ALLOWED_LEN];
+
+    dx_config_value_allowed(key, allowed);
+    return dx_config_fail(p->err, p->file, start, p->path, "found an empty list, expected %s",
+                          allowed);
+}
+
 static int parse_scalar(struct parse *p, const struct dx_config_key *key)
 {
     int r = -EINVAL;
@@ -213,11 +222,7 @@ static int parse_numbers(struct parse *p, const struct dx_config_key *key)
             return dx_err_set(p->err, r, "%.150s: %s", p->file, strerror(-r));
         p->path[path_len] = '\0';
     }
-    dx_config_value_allowed(key, allowed);
-    if (!r && !n)
-        return dx_config_fail(p->err, p->file, start, p->path, "found an empty list, expected %s",
-                              allowed);
-    return r;
+    return !r && !n ? fail_empty(p, start, key) : r;
 }
 
 /* Puts a key's name behind the path of its map; `len` is where that ends. */
@@ -370,10 +375,7 @@ static int parse_streams(struct parse *p, const struct dx_config_key *key)
             return r;
         p->path[path_len] = '\0';
     }
-    if (!r && !p->config->n_streams)
-        return dx_config_fail(p->err, p->file, start, p->path,
-                              "found an empty list, expected at least one stream");
-    return r;
+    return !r && !p->config->n_streams ? fail_empty(p, start, key) : r;
 }
 
 static int parse_value(struct parse *p, const struct dx_config_key *key)
