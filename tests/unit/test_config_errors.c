@@ -240,8 +240,8 @@ static void test_yaml(void **state)
         {"threads: 1\n\tmax_clients: 1\n",
          "t.yaml:2:1: not YAML: found a tab character that violates indentation (while scanning a "
          "plain scalar, line 1)"},
-        {STREAM "   synthetic:\n",
-         "t.yaml:3:4: not YAML: did not find expected '-' indicator (while parsing a block "
+        {SYNTHETIC "   mesh:\n",
+         "t.yaml:4:4: not YAML: did not find expected '-' indicator (while parsing a block "
          "collection, line 2)"},
         {"socket: \"/run\nthreads: 1",
          "t.yaml:2:11: not YAML: found unexpected end of stream (while scanning a quoted scalar, "
@@ -307,9 +307,8 @@ static void test_bad_replay(void **state)
         {{.path = "", .socket = "s"}, "--replay: found '', expected a path of 1 to 4095 bytes"},
         {{.path = "a", .socket = ""}, "--socket: found '', expected a path of 1 to 99 bytes"},
         {{.path = "a",
-          .socket =
-              "/ssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssss"
-              "sssssssssssssssssss"},
+          .socket = "/ssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssssss"
+                    "sssssssssssssssssssssssssssss"},
          "--socket: found '/sssssssssssssssssssssssssssssssssssssssssssssssssssssssss...', "
          "expected a "
          "path of 1 to 99 bytes"},
