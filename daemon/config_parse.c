@@ -416,11 +416,15 @@ int dx_config_parse_yaml(struct dx_config *config, struct dx_config_marks *marks
     struct parse p = {.bytes = bytes, .file = file, .err = err, .config = config, .marks = marks};
     int r;
 
+    if (len >= 3 && !memcmp(bytes, "\xef\xbb\xbf", 3)) { /* a byte order mark */
+        p.bytes += 3;
+        len -= 3;
+    }
     p.base = config;
     if (!yaml_parser_initialize(&p.yaml))
         return dx_err_set(err, -ENOMEM, "%.150s: out of memory", file);
     yaml_parser_set_encoding(&p.yaml, YAML_UTF8_ENCODING);
-    yaml_parser_set_input_string(&p.yaml, bytes, len);
+    yaml_parser_set_input_string(&p.yaml, p.bytes, len);
     r = parse_file(&p);
     yaml_event_delete(&p.event);
     yaml_parser_delete(&p.yaml);

@@ -79,7 +79,7 @@ const struct dx_config_key dx_config_keys[] = {
      .word = dx_scene_name, .preset = "hall",
      .help = "What the scanner sees."},
     {"streams[].synthetic.size", DX_CONFIG_SIZE, STREAM(source.synthetic.scene.width),
-     STREAM_AT(source.synthetic.scene.height), .min = 2, .max = DX_PLANE_MAX_SIDE,
+     STREAM_AT(source.synthetic.scene.height), .min = 8, .max = DX_PLANE_MAX_SIDE,
      .words = automatic, .preset = "auto",
      .help = "Size of a frame, columns by rows.\nauto: what suits the scene."},
     {"streams[].synthetic.noise", DX_CONFIG_NUMBERS, STREAM(source.synthetic.scene.sigma),

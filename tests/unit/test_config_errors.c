@@ -83,14 +83,14 @@ static void test_scalars(void **state)
          "0.001 to 1000"},
         {STREAM "    synthetic: {size: 70000x3}",
          "t.yaml:3:23: streams[0].synthetic.size: found '70000x3', expected auto or COLUMNSxROWS, "
-         "each from 2 to 65535, at most 268435456 dexels"},
+         "each from 8 to 65535, at most 268435456 dexels"},
         {STREAM "    synthetic: {size: 65535x65535}",
          "t.yaml:3:23: streams[0].synthetic.size: found '65535x65535', expected auto or "
          "COLUMNSxROWS, "
-         "each from 2 to 65535, at most 268435456 dexels"},
+         "each from 8 to 65535, at most 268435456 dexels"},
         {STREAM "    synthetic: {size: 3x3x}", "t.yaml:3:23: streams[0].synthetic.size: found "
                                                "'3x3x', expected auto or COLUMNSxROWS, each "
-                                               "from 2 to 65535, at most 268435456 dexels"},
+                                               "from 8 to 65535, at most 268435456 dexels"},
         {"streams:\n  - name: a b\n",
          "t.yaml:2:11: streams[0].name: found 'a b', expected 1 to 63 letters, digits and . _ -"},
         {"streams:\n  - name: \xc3\xa9\n", "t.yaml:2:11: streams[0].name: found '\xc3\xa9', "
