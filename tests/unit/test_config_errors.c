@@ -62,6 +62,38 @@ static void test_scalars(void **state)
          "t.yaml:1:12: log_level: found 'loud', expected error, warning, notice, "
          "info or debug"},
         {"socket: ''", "t.yaml:1:9: socket: found '', expected a path of 1 to 107 bytes"},
+        {"streams:\n  - name: a b\n",
+         "t.yaml:2:11: streams[0].name: found 'a b', expected 1 to 63 letters, digits and . _ -"},
+        {"streams:\n  - name: \xc3\xa9\n", "t.yaml:2:11: streams[0].name: found '\xc3\xa9', "
+                                           "expected 1 to 63 letters, digits and . _ -"},
+        {"threads: 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\xc3\xa9zzzzz'",
+         "t.yaml:1:10: threads: found "
+         "'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa...', "
+         "expected a whole number from 0 to 256"},
+        {"threads: \"a\\nb\"",
+         "t.yaml:1:10: threads: found 'a?b', expected a whole number from 0 to 256"},
+        {"threads: \"a\\0b\"", "t.yaml:1:10: threads: found a text with a NUL character in it"},
+    };
+    char name[100] = "streams: [{name: ";
+    size_t len = strlen(name);
+
+    (void)state;
+    BAD_ALL(bad);
+    memset(name + len, 'n', 64 - 1);
+    strcpy(name + len + 63, "}]");
+    bad_bytes(name, strlen(name),
+              "t.yaml:1:11: streams[0]: found no driver, expected one of "
+              "synthetic, file");
+    strcpy(name + len + 63, "n}]");
+    bad_bytes(name, strlen(name),
+              "t.yaml:1:18: streams[0].name: found "
+              "'nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn...', expected 1 to 63 "
+              "letters, digits and . _ -");
+}
+
+static void test_stream_scalars(void **state)
+{
+    static const struct bad bad[] = {
         {STREAM "    mesh: {tilt: 95}",
          "t.yaml:3:18: streams[0].mesh.tilt: found '95', expected a number from 0 to 89"},
         {STREAM "    mesh: {tilt: .nan}",
@@ -91,33 +123,10 @@ static void test_scalars(void **state)
         {STREAM "    synthetic: {size: 3x3x}", "t.yaml:3:23: streams[0].synthetic.size: found "
                                                "'3x3x', expected auto or COLUMNSxROWS, each "
                                                "from 8 to 65535, at most 268435456 dexels"},
-        {"streams:\n  - name: a b\n",
-         "t.yaml:2:11: streams[0].name: found 'a b', expected 1 to 63 letters, digits and . _ -"},
-        {"streams:\n  - name: \xc3\xa9\n", "t.yaml:2:11: streams[0].name: found '\xc3\xa9', "
-                                           "expected 1 to 63 letters, digits and . _ -"},
-        {"threads: 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\xc3\xa9zzzzz'",
-         "t.yaml:1:10: threads: found "
-         "'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa...', "
-         "expected a whole number from 0 to 256"},
-        {"threads: \"a\\nb\"",
-         "t.yaml:1:10: threads: found 'a?b', expected a whole number from 0 to 256"},
-        {"threads: \"a\\0b\"", "t.yaml:1:10: threads: found a text with a NUL character in it"},
     };
-    char name[100] = "streams: [{name: ";
-    size_t len = strlen(name);
 
     (void)state;
     BAD_ALL(bad);
-    memset(name + len, 'n', 64 - 1);
-    strcpy(name + len + 63, "}]");
-    bad_bytes(name, strlen(name),
-              "t.yaml:1:11: streams[0]: found no driver, expected one of "
-              "synthetic, file");
-    strcpy(name + len + 63, "n}]");
-    bad_bytes(name, strlen(name),
-              "t.yaml:1:18: streams[0].name: found "
-              "'nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn...', expected 1 to 63 "
-              "letters, digits and . _ -");
 }
 
 /* The names are the scenes' own. */
