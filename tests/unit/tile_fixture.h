@@ -74,6 +74,8 @@ static inline struct dx_geometry *fixture_small_geometry(void)
     (void)r;
     for (int i = 0; i < 3; i++)
         g->table[i] = g->table[3 + i] = 0.5f * (float)(i - 1);
+    dx_geometry_orient(g);
+    assert(g->flip);
     return g;
 }
 
