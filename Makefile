@@ -102,9 +102,10 @@ $(B)/libdexel.pc: client/libdexel.pc.in Makefile
 $(B)/bin/dexeld: $(call obj,daemon/main.c) $(LIBS)
 	@mkdir -p $(@D)
 	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+# `dexel bench` counts allocations: tools/alloc_count.c
 $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 	@mkdir -p $(@D)
-	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+	$(CC) $(ALL_LDFLAGS) -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
