@@ -338,6 +338,13 @@ static void step(struct model *m)
     uint32_t what = below(m, 10);
 
     m->now_ns += below(m, 40000000);
+    if (below(m, 150) == 0) { /* all go: encodings are no longer wanted */
+        for (uint32_t k = 0; k < MAX_CLIENTS; k++)
+            if (m->client[k].joined)
+                client_leave(m, &m->client[k]);
+        m->now_ns += DX_FEED_LINGER_NS;
+        dx_feed_loop_expire(m->loop, m->now_ns);
+    }
     if (what < 5) {
         for (uint32_t n = 1 + below(m, 12); n; n--)
             mesher_step(m);
