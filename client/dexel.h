@@ -7,10 +7,11 @@
  *
  * The mesh is state, not a log: each tile replaces the tile of the same row and column; after a
  * commit, the tiles held together are exactly the mesh of that epoch. reset means: forget all
- * tiles.
+ * tiles; stream is called again before the next one.
  *
  * Functions that can fail return 0 or -errno (-EPROTO: the server broke the protocol or refused us;
- * -ECONNRESET: it went away); dexel_error() then says more.
+ * -ECONNRESET: it went away); dexel_error() then says more. After such an error a connection only
+ * repeats it: close it and open another.
  */
 #ifndef DEXEL_H
 #define DEXEL_H
@@ -37,7 +38,7 @@ enum dexel_state {
 
 struct dexel; /* a connection */
 
-/* What a stream is; told once, before any data, and again after a reset that changed it. */
+/* What a stream is; told before any data, and again after each reset. Holds until the next time. */
 struct dexel_stream {
     const char *name;
     enum dexel_model model;
@@ -92,7 +93,9 @@ struct dexel_options {
     uint16_t tile_row0, tile_col0, n_tile_rows, n_tile_cols; /* region; 0 rows and cols: all */
 };
 
-/* Connects and sends HELLO and SUBSCRIBE; what the server answers comes in dispatch. */
+/* Connects and sends HELLO and SUBSCRIBE; what the server answers comes in dispatch. `options` may
+ * be NULL. After an error *out is there for dexel_error() and dexel_close() alone (NULL for
+ * -ENOMEM). */
 DEXEL_API int dexel_open(struct dexel **out, const struct dexel_options *options,
                          const struct dexel_callbacks *callbacks, void *user);
 DEXEL_API void dexel_close(struct dexel *d); /* NULL is fine */
@@ -101,17 +104,20 @@ DEXEL_API int dexel_fd(const struct dexel *d);
 DEXEL_API short dexel_events(
     const struct dexel *d); /* POLLIN, and POLLOUT while bytes wait to go */
 
-/* Reads what is there, calls back, returns without waiting. 0; a callback's value; or negative. */
+/* Handles what was received, reads once what is there, handles that; never waits. 0; a callback's
+ * value (messages after it wait for the next call); or negative. Made for level-triggered polling.
+ */
 DEXEL_API int dexel_dispatch(struct dexel *d);
 
 /* Dispatches until a callback stops it, an error, or the stream ended (then 0). timeout_ms without
- * a byte from the server gives -ETIMEDOUT; -1 waits for ever. */
+ * a byte from the server gives -ETIMEDOUT (-1 waits for ever), a signal -EINTR: call again to go
+ * on. */
 DEXEL_API int dexel_run(struct dexel *d, int timeout_ms);
 
-/* Pull mode: ask for the next batch. */
+/* Pull mode: ask for the next batch; the snapshot is the first. May be called in a callback. */
 DEXEL_API int dexel_next(struct dexel *d);
 
-/* What went wrong last, for people; never NULL. */
+/* What went wrong last, for people; never NULL, also for a NULL connection. */
 DEXEL_API const char *dexel_error(const struct dexel *d);
 
 DEXEL_API const char *dexel_version(void);

@@ -76,6 +76,56 @@ static inline double dx_f64_from_bits(uint64_t v)
     return f;
 }
 
+/* Folded by the compiler: arrays below become one memcpy where the host counts as the wire does. */
+static inline bool dx_host_is_little_endian(void)
+{
+    const uint16_t one = 1;
+    uint8_t first;
+
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+static inline void dx_put_u16s(uint8_t *p, const uint16_t *v, size_t n)
+{
+    if (dx_host_is_little_endian()) {
+        memcpy(p, v, 2 * n);
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        dx_put_u16(p + 2 * i, v[i]);
+}
+
+static inline void dx_get_u16s(uint16_t *v, const uint8_t *p, size_t n)
+{
+    if (dx_host_is_little_endian()) {
+        memcpy(v, p, 2 * n);
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        v[i] = dx_get_u16(p + 2 * i);
+}
+
+static inline void dx_put_f32s(uint8_t *p, const float *v, size_t n)
+{
+    if (dx_host_is_little_endian()) {
+        memcpy(p, v, 4 * n);
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        dx_put_u32(p + 4 * i, dx_f32_bits(v[i]));
+}
+
+static inline void dx_get_f32s(float *v, const uint8_t *p, size_t n)
+{
+    if (dx_host_is_little_endian()) {
+        memcpy(v, p, 4 * n);
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        v[i] = dx_f32_from_bits(dx_get_u32(p + 4 * i));
+}
+
 struct dx_reader {
     const uint8_t *p, *end;
     bool failed;

@@ -35,7 +35,7 @@ static inline double dx_rng_unit(struct dx_rng *g)
     return (double)(dx_rng_u64(g) >> 11) * 0x1p-53;
 }
 
-/* Normal with mean 0 and variance 1 (Box and Muller, by trig.h). */
+/* Normal with mean 0 and variance 1, within 9 of 0; one draw. */
 double dx_rng_normal(struct dx_rng *g);
 
 #endif

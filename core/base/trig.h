@@ -14,7 +14,7 @@ double dx_sin(double x);
 double dx_cos(double x);
 double dx_tan(double x);
 
-/* In (-pi, pi]; 0 for (0, 0). */
+/* In [-pi, pi]; 0 for (0, 0); the sign of a zero y does not count. */
 double dx_atan2(double y, double x);
 
 /* x in [-1, 1], clamped. */

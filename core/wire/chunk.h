@@ -30,11 +30,22 @@ size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile);
 size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile_row,
                           uint32_t tile_col);
 
+struct dx_chunk_header {
+    uint16_t row, col; /* of the tile */
+    uint8_t encoding, attr_bytes;
+    uint16_t n_vertices, n_triangles; /* both 0: an empty tile */
+};
+
+/* What the first bytes of a chunk say. 0, or -EBADMSG: too short, tile outside the grid, unknown
+ * encoding or sections, counts that no tile can have. */
+int dx_chunk_get_header(struct dx_chunk_header *h, const uint8_t *body, size_t len,
+                        const struct dx_tiling *tiling);
+
 /*
  * Decodes any chunk into a mesh. `g` gives q16 its points (NULL for f32) and `tiling` bounds the
- * tile. 0, or -EBADMSG: bad length, tile outside the grid, a count that does not match the mask or
- * the codes, an index out of range, a code above 6, a range of 0 at a used dexel, a bit outside the
- * tile.
+ * tile. 0, or -EBADMSG: what dx_chunk_get_header refuses, bad length, a count that does not match
+ * the mask or the codes, an index out of range, a code above 6, a range of 0 at a used dexel, a bit
+ * outside the tile (the mask may name the corners of the tile's own cells only).
  */
 int dx_chunk_get(struct dx_tile_mesh *mesh, const uint8_t *body, size_t len,
                  const struct dx_tiling *tiling, const struct dx_geometry *g);

@@ -21,6 +21,8 @@
 
 #define DX_WIRE_SKIPPABLE       0x0001u /* header flag: who does not know the type skips the message */
 
+#define DX_WIRE_NO_STREAM       0xffffffffu /* header.stream of messages that are not about a stream */
+
 enum dx_message {
     DX_MSG_HELLO = 1, /* client */
     DX_MSG_WELCOME = 2,

@@ -34,12 +34,15 @@ struct dx_scene_config {
 };
 
 const char *dx_scene_name(unsigned scene); /* NULL past the last */
+const char *dx_scene_help(unsigned scene); /* one line; NULL past the last */
 int dx_scene_from_name(const char *name);  /* or -1 */
 
 /* Defaults of a scene: size, unit, no noise. */
 void dx_scene_config_default(struct dx_scene_config *c, enum dx_scene scene);
 
-/* Errors: -EINVAL (sizes), -ENOMEM. */
+/* Spinning scanners: row 0 is the lowest elevation, columns follow the azimuth counter-clockwise;
+ * flips mirror the tables. Four bytes a range where the scene's reach does not fit two at the unit.
+ * Errors: -EINVAL (scene, sizes, unit), -ENOMEM. */
 int dx_scene_geometry(struct dx_geometry **out, const struct dx_scene_config *c);
 
 /* Columns [col0, col0 + n_cols) of frame `number`, into a plane of the geometry's size. */

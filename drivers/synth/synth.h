@@ -1,6 +1,7 @@
 /*
  * The synthetic driver: analytic scenes, ray cast, with seeded noise, drop-outs and mixed pixels;
- * the same bytes on every machine. Raw blocks are one frame number each; decode() casts the rays.
+ * the same bytes on every machine. A raw block names a frame and the first column of a part of it;
+ * decode() casts the rays.
  */
 #ifndef DX_SYNTH_H
 #define DX_SYNTH_H
