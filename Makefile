@@ -19,7 +19,7 @@ docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 INSTALL ?= install
 
-PACKAGES := libsystemd libyaml jansson libpng zlib
+PACKAGES := libsystemd yaml-0.1 jansson libpng zlib
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 BASE_CFLAGS := -std=gnu17 $(OPT) -g $(WARN) -ffp-contract=off -fPIC -fvisibility=hidden -pthread
