@@ -19,7 +19,7 @@ docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 INSTALL ?= install
 
-PACKAGES := libsystemd libyaml jansson libpng zlib
+PACKAGES := libsystemd yaml-0.1 jansson libpng zlib
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 BASE_CFLAGS := -std=gnu17 $(OPT) -g $(WARN) -ffp-contract=off -fPIC -fvisibility=hidden -pthread
@@ -102,9 +102,10 @@ $(B)/libdexel.pc: client/libdexel.pc.in Makefile
 $(B)/bin/dexeld: $(call obj,daemon/main.c) $(LIBS)
 	@mkdir -p $(@D)
 	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+# `dexel bench` counts allocations: tools/alloc_count.c
 $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 	@mkdir -p $(@D)
-	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+	$(CC) $(ALL_LDFLAGS) -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
