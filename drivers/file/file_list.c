@@ -58,7 +58,7 @@ static int list_directory(struct dx_file_list *list, const char *path, struct dx
         return dx_err_set(err, rc, "%s: no memory for the names of its files", path);
     if (list->n == 0)
         return dx_err_set(err, -ENOENT,
-                          "%s: no recording in this directory, expected *.ptx (or .gz)",
+                          "%s: no recording in this directory, expected *.ptx or *.pcd (or .gz)",
                           path);
     return 0;
 }

@@ -8,115 +8,48 @@
 #include "drivers/file/format.h"
 
 #include "core/grid/plane.h"
-#include "drivers/file/number.h"
+#include "drivers/file/text_cursor.h"
 
 #include <errno.h>
 #include <math.h>
-#include <string.h>
 
-#define HEADER_LINES  10
 #define MAX_FIELDS    10
 #define MIN_POINT_LEN 6 /* "0 0 0\n"; the last line may lack its end */
-#define MAX_SHOWN     24
-
-struct cursor {
-    const char *p, *end;
-    uint64_t line; /* of p, from 1 */
-    struct dx_err *err;
-};
 
 struct ptx_header {
     uint32_t cols, rows;
     double matrix[16];
 };
 
-/* What stands at p, for messages: up to the next blank. */
-static int shown_len(const struct cursor *c, const char *p)
+static int read_count(struct dx_text_cursor *c, uint32_t *out, const char *what)
 {
-    const char *q = p;
+    int rc = dx_text_count(c, out, DX_PLANE_MAX_SIDE, what);
 
-    while (q < c->end && q - p<MAX_SHOWN && * q> ' ' && *q < 127)
-        q++;
-    return (int)(q - p);
-}
-
-static int line_error(const struct cursor *c, const char *p, const char *expected)
-{
-    if (p >= c->end)
-        return dx_err_set(c->err, -EBADMSG, "line %llu: the file ends, expected %s",
-                          (unsigned long long)c->line, expected);
-    if (*p == '\n')
-        return dx_err_set(c->err, -EBADMSG, "line %llu: the line ends, expected %s",
-                          (unsigned long long)c->line, expected);
-    return dx_err_set(c->err, -EBADMSG, "line %llu: \"%.*s\", expected %s",
-                      (unsigned long long)c->line, shown_len(c, p), p, expected);
-}
-
-/* Past the end of line; only blanks may be before it. */
-static int end_line(struct cursor *c)
-{
-    const char *p = dx_number_skip_blank(c->p, c->end);
-
-    if (p < c->end && *p != '\n')
-        return line_error(c, p, "the end of the line");
-    c->p = p < c->end ? p + 1 : p;
-    c->line++;
-    return 0;
-}
-
-static void skip_blank_lines(struct cursor *c)
-{
-    for (;;) {
-        const char *p = dx_number_skip_blank(c->p, c->end);
-
-        if (p == c->end)
-            c->p = p;
-        if (p == c->end || *p != '\n')
-            return;
-        c->p = p + 1;
-        c->line++;
-    }
-}
-
-static bool ends_field(const struct cursor *c, const char *p)
-{
-    return p == c->end || *p == '\n' || dx_number_is_blank(*p);
-}
-
-static int read_count(struct cursor *c, uint32_t *out, const char *what)
-{
-    const char *p = dx_number_skip_blank(c->p, c->end);
-    uint64_t v;
-    const char *q = dx_number_parse_u64(p, c->end, &v);
-
-    if (!q || !ends_field(c, q) || v == 0 || v > DX_PLANE_MAX_SIDE)
-        return line_error(c, p, what);
-    *out = (uint32_t)v;
-    c->p = q;
-    return end_line(c);
+    return rc ? rc : dx_text_end_line(c);
 }
 
 /* `n` finite numbers, a whole line. */
-static int read_numbers(struct cursor *c, double *out, int n, const char *what)
+static int read_numbers(struct dx_text_cursor *c, double *out, int n, const char *what)
 {
     for (int k = 0; k < n; k++) {
-        const char *p = dx_number_skip_blank(c->p, c->end);
-        const char *q = dx_number_parse(p, c->end, &out[k]);
+        const char *p = c->p;
+        int rc = dx_text_number(c, &out[k], what);
 
-        if (!q || !ends_field(c, q) || !isfinite(out[k]))
-            return line_error(c, p, what);
-        c->p = q;
+        if (rc)
+            return rc;
+        if (!isfinite(out[k]))
+            return dx_text_error(c, dx_number_skip_blank(p, c->end), what);
     }
-    return end_line(c);
+    return dx_text_end_line(c);
 }
 
-static int read_header(struct cursor *c, struct ptx_header *h)
+static int read_header(struct dx_text_cursor *c, struct ptx_header *h)
 {
     double unused[3];
     size_t left;
     int rc;
 
-    skip_blank_lines(c);
+    dx_text_skip_blank_lines(c);
     rc = read_count(c, &h->cols, "a number of columns, 1 to 65535");
     if (rc == 0)
         rc = read_count(c, &h->rows, "a number of rows, 1 to 65535");
@@ -136,32 +69,27 @@ static int read_header(struct cursor *c, struct ptx_header *h)
 }
 
 /* The numbers of a point's line; the count of them, or negative. */
-static int read_point(struct cursor *c, double v[MAX_FIELDS])
+static int read_point(struct dx_text_cursor *c, double v[MAX_FIELDS])
 {
     int n = 0;
 
-    for (;;) {
-        const char *p = dx_number_skip_blank(c->p, c->end);
-        const char *q;
+    while (dx_text_next_word(c)) {
+        int rc = n < MAX_FIELDS ? dx_text_number(c, &v[n], "a number")
+                                : dx_text_error(c, c->p, "at most 10 numbers");
 
-        c->p = p;
-        if (p == c->end || *p == '\n')
-            break;
-        q = n < MAX_FIELDS ? dx_number_parse(p, c->end, &v[n]) : NULL;
-        if (!q || !ends_field(c, q))
-            return line_error(c, p, n < MAX_FIELDS ? "a number" : "at most 10 numbers");
-        c->p = q;
+        if (rc)
+            return rc;
         n++;
     }
     if (n < 3)
-        return line_error(c, c->p, "x y z");
-    c->p += c->p < c->end;
-    c->line++;
+        return dx_text_error(c, c->p, "x y z");
+    dx_text_end_line(c);
     return n;
 }
 
 /* Points come column by column, the frame is row by row. */
-static int read_points(struct cursor *c, const struct ptx_header *h, struct dx_xyz_frame *out)
+static int read_points(struct dx_text_cursor *c, const struct ptx_header *h,
+                       struct dx_xyz_frame *out)
 {
     double v[MAX_FIELDS];
     int n_fields = 0;
@@ -198,43 +126,33 @@ static void set_pose(double pose[12], const double m[16])
             pose[4 * i + j] = m[4 * j + i];
 }
 
-static struct cursor cursor_init(const uint8_t *bytes, size_t len, struct dx_err *err)
-{
-    const char *p = (const char *)bytes;
-
-    return (struct cursor){p, p + len, 1, err};
-}
-
 static bool ptx_probe(const uint8_t *bytes, size_t len)
 {
-    struct cursor c = cursor_init(bytes, len, NULL);
+    struct dx_text_cursor c = dx_text_cursor_init(bytes, len, NULL);
     uint32_t count;
     double v[3];
 
-    skip_blank_lines(&c);
+    dx_text_skip_blank_lines(&c);
     return read_count(&c, &count, "") == 0 && read_count(&c, &count, "") == 0 &&
            read_numbers(&c, v, 3, "") == 0;
 }
 
 static int64_t ptx_block_len(const uint8_t *bytes, size_t len, struct dx_err *err)
 {
-    struct cursor c = cursor_init(bytes, len, err);
+    struct dx_text_cursor c = dx_text_cursor_init(bytes, len, err);
     struct ptx_header h;
     int rc;
 
-    skip_blank_lines(&c);
+    dx_text_skip_blank_lines(&c);
     if (c.p == c.end)
         return 0;
     rc = read_header(&c, &h);
     if (rc)
         return rc;
-    for (uint64_t n = (uint64_t)h.cols * h.rows; n > 0; n--, c.line++) {
-        const char *q;
-
+    for (uint64_t n = (uint64_t)h.cols * h.rows; n > 0; n--) {
         if (c.p == c.end)
-            return line_error(&c, c.p, "a point");
-        q = memchr(c.p, '\n', (size_t)(c.end - c.p));
-        c.p = q ? q + 1 : c.end;
+            return dx_text_error(&c, c.p, "a point");
+        dx_text_skip_line(&c);
     }
     return c.p - (const char *)bytes;
 }
@@ -242,7 +160,7 @@ static int64_t ptx_block_len(const uint8_t *bytes, size_t len, struct dx_err *er
 static int ptx_decode(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len,
                       struct dx_err *err)
 {
-    struct cursor c = cursor_init(bytes, len, err);
+    struct dx_text_cursor c = dx_text_cursor_init(bytes, len, err);
     struct ptx_header h;
     int rc = read_header(&c, &h);
 
