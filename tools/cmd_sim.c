@@ -115,6 +115,15 @@ static int set_option(struct args *a, int opt, const char *name, const char *tex
     }
 }
 
+static int check_size(const struct dx_scene_config *c)
+{
+    if (c->width >= 8 && c->height >= 2 && (uint64_t)c->width * c->height <= DX_PLANE_MAX_DEXELS)
+        return 0;
+    fprintf(stderr, "dexel sim: --size: found %ux%u, expected at least 8x2, at most %u dexels\n",
+            c->width, c->height, DX_PLANE_MAX_DEXELS);
+    return -EINVAL;
+}
+
 static int settle_scene(struct args *a, const char *name)
 {
     struct dx_scene_config defaults;
@@ -132,7 +141,7 @@ static int settle_scene(struct args *a, const char *name)
     a->config.scene = defaults.scene;
     a->config.width = a->width ? a->width : defaults.width;
     a->config.height = a->width ? a->height : defaults.height;
-    return 0;
+    return check_size(&a->config);
 }
 
 static int parse(struct args *a, int argc, char **argv)
@@ -183,8 +192,7 @@ static int run(const struct args *a, struct dx_err *err)
     int r = dx_scene_geometry(&g, c);
 
     if (r < 0)
-        return dx_err_set(err, r, "--size: found %ux%u, expected at least 8x2 and at most 2^28: %s",
-                          c->width, c->height, strerror(-r));
+        return dx_err_set(err, r, "%ux%u: %s", c->width, c->height, strerror(-r));
     r = dx_plane_init(&plane, g->height, g->width, g->range_bytes, c->attr_bytes);
     if (r < 0)
         dx_err_set(err, r, "%ux%u: %s", c->width, c->height, strerror(-r));
