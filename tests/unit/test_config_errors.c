@@ -337,11 +337,11 @@ static void test_bad_replay(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scalars),    cmocka_unit_test(test_scene_names),
-        cmocka_unit_test(test_lists),      cmocka_unit_test(test_keys),
-        cmocka_unit_test(test_together),   cmocka_unit_test(test_yaml),
-        cmocka_unit_test(test_too_deep),   cmocka_unit_test(test_too_long),
-        cmocka_unit_test(test_bad_replay),
+        cmocka_unit_test(test_scalars),     cmocka_unit_test(test_stream_scalars),
+        cmocka_unit_test(test_scene_names), cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_keys),        cmocka_unit_test(test_together),
+        cmocka_unit_test(test_yaml),        cmocka_unit_test(test_too_deep),
+        cmocka_unit_test(test_too_long),    cmocka_unit_test(test_bad_replay),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
