@@ -18,6 +18,7 @@ struct parse {
     yaml_parser_t yaml;
     yaml_event_t event; /* the current one */
     const uint8_t *bytes;
+    size_t len;
     const char *file;
     struct dx_err *err;
     struct dx_config *config;
@@ -64,6 +65,18 @@ static struct dx_config_mark mark_of_offset(const struct parse *p, size_t offset
     return mark;
 }
 
+/* Is there a tab in the indentation of a line? libyaml has other words for it. */
+static bool is_indented_by_tab(const struct parse *p, unsigned line)
+{
+    const uint8_t *end = p->bytes + p->len, *at = p->bytes;
+
+    for (; at < end && line > 1; at++)
+        line -= *at == '\n';
+    while (at < end && *at == ' ')
+        at++;
+    return at < end && *at == '\t';
+}
+
 /* What libyaml has to say. */
 static int fail_yaml(struct parse *p)
 {
@@ -81,6 +94,8 @@ static int fail_yaml(struct parse *p)
         return dx_config_fail(p->err, p->file, mark, "", "found 0x%02x, expected UTF-8 text (%s)",
                               (unsigned)y->problem_value, y->problem);
     }
+    if (is_indented_by_tab(p, mark.line))
+        return dx_config_fail(p->err, p->file, mark, "", "not YAML: found a tab, expected spaces");
     if (y->context)
         return dx_config_fail(p->err, p->file, mark, "", "not YAML: %s (%s, line %zu)", y->problem,
                               y->context, y->context_mark.line + 1);
@@ -413,18 +428,19 @@ static int parse_file(struct parse *p)
 int dx_config_parse_yaml(struct dx_config *config, struct dx_config_marks *marks, const char *file,
                          const void *bytes, size_t len, struct dx_err *err)
 {
-    struct parse p = {.bytes = bytes, .file = file, .err = err, .config = config, .marks = marks};
+    struct parse p = {
+        .bytes = bytes, .len = len, .file = file, .err = err, .config = config, .marks = marks};
     int r;
 
     if (len >= 3 && !memcmp(bytes, "\xef\xbb\xbf", 3)) { /* a byte order mark */
         p.bytes += 3;
-        len -= 3;
+        p.len -= 3;
     }
     p.base = config;
     if (!yaml_parser_initialize(&p.yaml))
         return dx_err_set(err, -ENOMEM, "%.150s: out of memory", file);
     yaml_parser_set_encoding(&p.yaml, YAML_UTF8_ENCODING);
-    yaml_parser_set_input_string(&p.yaml, p.bytes, len);
+    yaml_parser_set_input_string(&p.yaml, p.bytes, p.len);
     r = parse_file(&p);
     yaml_event_delete(&p.event);
     yaml_parser_delete(&p.yaml);

@@ -71,7 +71,7 @@ static void add_words(char text[DX_CONFIG_ALLOWED_LEN], const struct dx_config_k
         add(text, "%s", word_at(key, i));
     }
     if (*text && !choice)
-        add(text, " or ");
+        add(text, "%s", key->type == DX_CONFIG_NUMBERS ? ", " : " or ");
 }
 
 static void add_range(char text[DX_CONFIG_ALLOWED_LEN], const struct dx_config_key *key)
@@ -93,7 +93,7 @@ void dx_config_value_allowed_item(const struct dx_config_key *key, char text[DX_
 static void add_numbers(char text[DX_CONFIG_ALLOWED_LEN], const struct dx_config_key *key)
 {
     if (key->type == DX_CONFIG_NUMBERS)
-        add(text, "a list of 1 to 3 numbers");
+        add(text, "a number or a list of up to 3, each");
     else
         add(text, key->type == DX_CONFIG_UINT ? "a whole number" : "a number");
     add_range(text, key);
@@ -134,19 +134,48 @@ void dx_config_value_allowed(const struct dx_config_key *key, char text[DX_CONFI
     }
 }
 
+/*
+ * Bytes of the control character, line separator or noncharacter that is at `text`, 0 if it is none
+ * of them: what a terminal would act on, or YAML not take as it is (YAML 1.1, 5.1 and 5.4).
+ */
+static size_t special(const char *text, unsigned *code)
+{
+    const unsigned char *p = (const unsigned char *)text;
+
+    if (*p < 0x20 || *p == 0x7f) {
+        *code = *p;
+        return 1;
+    }
+    if (*p == 0xc2 && p[1] >= 0x80 && p[1] < 0xa0) {
+        *code = p[1];
+        return 2;
+    }
+    if ((*p & 0xf0) != 0xe0 || !p[1] || !p[2])
+        return 0;
+    *code = (*p & 0xfu) << 12 | (p[1] & 0x3fu) << 6 | (p[2] & 0x3fu);
+    return *code == 0x2028 || *code == 0x2029 || *code == 0xfeff || *code >= 0xfffe ? 3 : 0;
+}
+
 void dx_config_quote(char out[DX_CONFIG_QUOTE_LEN], const char *text)
 {
     size_t len = strlen(text), room = DX_CONFIG_QUOTE_LEN - sizeof("'...'");
     bool cut = len > room;
+    const char *end;
     char *p = out;
 
     if (cut)
         len = room;
     while (cut && len && ((unsigned char)text[len] & 0xc0) == 0x80)
         len--; /* not in the middle of a UTF-8 character */
+    end = text + len;
     *p++ = '\'';
-    for (size_t i = 0; i < len; i++)
-        *p++ = (unsigned char)text[i] < 0x20 || text[i] == 0x7f ? '?' : text[i];
+    while (text < end) {
+        unsigned code;
+        size_t n = special(text, &code);
+
+        *p++ = n ? '?' : *text;
+        text += n ? n : 1;
+    }
     strcpy(p, cut ? "...'" : "'");
 }
 
@@ -158,18 +187,23 @@ static void print_number(FILE *out, double v)
     fputs(text, out);
 }
 
-/* Double-quoted: no text needs more than these three escapes there, and none is taken for a number.
- */
+/* Double-quoted, so that no text is taken for a number or has to be folded. */
 static void print_text(FILE *out, const char *text)
 {
+    unsigned code;
+
     putc('"', out);
-    for (; *text; text++) {
+    while (*text) {
+        size_t n = special(text, &code);
+
+        if (n) {
+            fprintf(out, "\\u%04x", code);
+            text += n;
+            continue;
+        }
         if (*text == '"' || *text == '\\')
             putc('\\', out);
-        if ((unsigned char)*text < 0x20 || *text == 0x7f)
-            fprintf(out, "\\x%02x", (unsigned)*text);
-        else
-            putc(*text, out);
+        putc(*text++, out);
     }
     putc('"', out);
 }

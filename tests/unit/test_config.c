@@ -208,6 +208,25 @@ static char *printed(const struct dx_config *config)
     return text;
 }
 
+/* Characters that YAML would fold, refuse or drop when they stand as they are. */
+static void test_print_escapes(void **state)
+{
+    struct dx_config c;
+    char *text;
+
+    (void)state;
+    good(&c, "socket: \"/\\\"\\\\\\n\\x7f\\N\\L\\ufeff\\uffff\\u20ac\"\n" SYNTHETIC);
+    text = printed(&c);
+    dx_config_fini(&c);
+    assert_non_null(strstr(text, "socket: \"/\\\"\\\\\\u000a\\u007f\\u0085\\u2028\\ufeff\\uffff"
+                                 "\xe2\x82\xac\"\n"));
+    good(&c, text);
+    assert_string_equal(c.socket,
+                        "/\"\\\n\x7f\xc2\x85\xe2\x80\xa8\xef\xbb\xbf\xef\xbf\xbf\xe2\x82\xac");
+    dx_config_fini(&c);
+    free(text);
+}
+
 static void test_print(void **state)
 {
     static const char expected[] = "socket: \"/tmp/a\"\n"
@@ -399,9 +418,10 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_defaults), cmocka_unit_test(test_synthetic),
         cmocka_unit_test(test_file),     cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_print),    cmocka_unit_test(test_locale),
-        cmocka_unit_test(test_load),     cmocka_unit_test(test_replay),
-        cmocka_unit_test(test_man_page), cmocka_unit_test(test_example),
+        cmocka_unit_test(test_print),    cmocka_unit_test(test_print_escapes),
+        cmocka_unit_test(test_locale),   cmocka_unit_test(test_load),
+        cmocka_unit_test(test_replay),   cmocka_unit_test(test_man_page),
+        cmocka_unit_test(test_example),
     };
 
     if (argc == 2 && !strcmp(argv[1], "keys")) {
