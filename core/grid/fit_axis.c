@@ -120,7 +120,7 @@ double dx_fit_axis_irregularity(const struct dx_fit_axis *axis)
 {
     double mean = 0, slope = 0, sxx = 0, sum = 0;
 
-    if (axis->n < 2 || axis->step == 0)
+    if (axis->n < 2 || !(fabs(axis->step) > 1e-12))
         return 0;
     for (uint32_t k = 0; k < axis->n; k++)
         mean += axis->value[k] / axis->n;
