@@ -23,7 +23,8 @@ struct dx_fit_options {
 };
 
 struct dx_fit_report {
-    double rms_dexel;  /* residual of the chosen model, in dexels (0 for table) */
+    double rms_dexel;                 /* residual of the chosen model, in dexels (0 for table) */
+    double rms_spinning, rms_pinhole; /* of both; INFINITY where the model cannot hold the points */
     double regularity; /* rms departure of the fitted columns and rows from even steps, in dexels */
     double valid;      /* share of dexels with a return */
     double max_range_m;
@@ -45,5 +46,9 @@ int dx_fit_geometry(struct dx_geometry **out, struct dx_fit_report *report,
  * finite is left 0. Returns how many were dropped so. `plane` has the geometry's size and width. */
 uint32_t dx_fit_ranges(struct dx_plane *plane, const struct dx_geometry *g,
                        const struct dx_points *points);
+
+/* Every return lies within `dexels` of its dexel's direction and its range fits the unit: the
+ * geometry of an earlier frame serves this one too. */
+bool dx_fit_holds(const struct dx_geometry *g, const struct dx_points *points, double dexels);
 
 #endif

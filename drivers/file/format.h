@@ -21,15 +21,29 @@ struct dx_xyz_frame {
     double pose[12];    /* rows of [R|t], scanner to world */
     size_t cap_dexels;  /* room in xyz and attr */
     uint16_t *attr_room;
+    float *intensity; /* scratch of decoders, for dx_xyz_frame_scale */
 };
 
+/* Sets the size and makes room; xyz is all NaN, the pose identity, without an attribute. -ENOMEM.
+ */
 int dx_xyz_frame_reserve(struct dx_xyz_frame *f, uint32_t height, uint32_t width);
 void dx_xyz_frame_fini(struct dx_xyz_frame *f);
 
+/* Sets the returns of an all-zero or non-finite point to "no return". */
+void dx_xyz_frame_set(struct dx_xyz_frame *f, size_t k, double x, double y, double z);
+
+/*
+ * Makes the 16-bit attribute of intensity[] (one per dexel). The scale is the narrowest of these
+ * that holds all returns of the frame: 0..1 times 65535, 0..255 times 257, 0..65535 as it is;
+ * others are stretched from their smallest to their largest. Not finite: 0.
+ */
+void dx_xyz_frame_scale(struct dx_xyz_frame *f);
+
 struct dx_format {
     const char *name;
-    /* The first bytes (up to 4096, decompressed) and the name look like this format. */
-    bool (*probe)(const uint8_t *bytes, size_t len, const char *path);
+    const char *ext; /* of its files, ".ptx" */
+    /* The first bytes (up to 4096, decompressed) look like this format. */
+    bool (*probe)(const uint8_t *bytes, size_t len);
     /* Length of the frame that starts at bytes[0] (a PTX holds several scans). 0: no frame left
      * (blank space to the end). Negative: err. */
     int64_t (*block_len)(const uint8_t *bytes, size_t len, struct dx_err *err);
@@ -39,5 +53,14 @@ struct dx_format {
 };
 
 extern const struct dx_format dx_format_ptx, dx_format_pcd;
+
+/* The format of these first bytes: by content, else by the name. NULL: neither. */
+const struct dx_format *dx_format_find(const uint8_t *bytes, size_t len, const char *path);
+
+/* The name ends in `ext` (".ptx"), or in it and ".gz"; letters of either case. */
+bool dx_format_has_ext(const char *path, const char *ext);
+
+/* The name is that of some format's files. */
+bool dx_format_knows_name(const char *path);
 
 #endif

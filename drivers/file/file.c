@@ -1,0 +1,367 @@
+/*
+ * The file driver. read() takes the files in turn and cuts them into blocks of one frame; decode()
+ * makes points of a block and ranges of the points. What cannot be read becomes an empty block, so
+ * that it is reported by decode() as damaged and the next file still comes.
+ */
+#include "drivers/file/file.h"
+
+#include "drivers/file/file_list.h"
+#include "drivers/file/format.h"
+#include "drivers/file/slurp.h"
+#include "drivers/replay.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define DEFAULT_FPS   10.0
+#define MAX_DEPARTURE 0.5 /* dexels; above, a frame has another geometry */
+#define LIMIT_2_BYTES 65535.0
+#define LIMIT_4_BYTES 4294967295.0
+
+struct dx_device {
+    struct dx_file_config config; /* path is list's business */
+    char name[128];               /* of the source, without folders */
+    struct dx_file_list list;
+    struct dx_pace pace;
+
+    /* read(): the open file and the next block of it */
+    size_t next_file;
+    bool file_open, block_ready;
+    struct dx_slurp file;
+    size_t offset;  /* of the next block */
+    unsigned scans; /* blocks cut from this file */
+    uint64_t number, n_decoded;
+    uint64_t decoded_before; /* n_decoded at the start of this pass over the files */
+    struct dx_block block;
+    struct dx_err fault; /* why `block` is empty */
+    char source[PATH_MAX + 32];
+
+    /* decode() */
+    struct dx_xyz_frame frame;
+    struct dx_geometry *geometry; /* told to the sink */
+    uint8_t attr_bytes;           /* told to the sink */
+    struct dx_fit_report report;
+};
+
+static int check_config(const struct dx_file_config *c, struct dx_err *err)
+{
+    if (!c->path || !c->path[0])
+        return dx_err_set(err, -EINVAL, "file: no path, expected a file, directory or glob");
+    if (!(c->rate >= 0) || isinf(c->rate))
+        return dx_err_set(err, -EINVAL, "file: rate %g, expected 0 (max) or more", c->rate);
+    if (!(c->fps >= 0) || c->fps > 1e6)
+        return dx_err_set(err, -EINVAL, "file: fps %g, expected 0 (default) to 1e6", c->fps);
+    if (c->attr_bytes < -1 || c->attr_bytes > 2)
+        return dx_err_set(err, -EINVAL, "file: attr_bytes %d, expected -1 to 2", c->attr_bytes);
+    return 0;
+}
+
+static void file_close(struct dx_device *dev)
+{
+    if (!dev)
+        return;
+    dx_pace_fini(&dev->pace);
+    dx_file_list_fini(&dev->list);
+    dx_slurp_fini(&dev->file);
+    dx_xyz_frame_fini(&dev->frame);
+    dx_geometry_unref(dev->geometry);
+    free(dev);
+}
+
+static void set_name(struct dx_device *dev, const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    snprintf(dev->name, sizeof(dev->name), "%s", slash && slash[1] ? slash + 1 : path);
+}
+
+static int file_open(struct dx_device **out, const void *config, struct dx_err *err)
+{
+    const struct dx_file_config *c = config;
+    struct dx_device *dev;
+    int rc = check_config(c, err);
+
+    if (rc)
+        return rc;
+    dev = calloc(1, sizeof(*dev));
+    if (!dev)
+        return dx_err_set(err, -ENOMEM, "%s: no memory", c->path);
+    dev->config = *c;
+    dev->config.fps = c->fps > 0 ? c->fps : DEFAULT_FPS;
+    set_name(dev, c->path);
+    rc = dx_pace_init(&dev->pace, c->rate);
+    if (rc)
+        dx_err_set(err, rc, "%s: cannot make an eventfd: %s", c->path, strerror(-rc));
+    else
+        rc = dx_file_list_init(&dev->list, c->path, err);
+    if (rc) {
+        file_close(dev);
+        return rc;
+    }
+    dev->config.path = NULL; /* the caller's memory */
+    *out = dev;
+    return 0;
+}
+
+static int file_start(struct dx_device *dev, struct dx_err *err)
+{
+    (void)err;
+    dx_pace_restart(&dev->pace);
+    return 0;
+}
+
+static void file_stop(struct dx_device *dev)
+{
+    (void)dev;
+}
+
+/* ---- read ------------------------------------------------------------------------------------ */
+
+static void set_block(struct dx_device *dev, size_t len)
+{
+    const char *path = dev->list.paths[dev->next_file - 1];
+
+    if (dev->scans++ == 0)
+        snprintf(dev->source, sizeof(dev->source), "%s", path);
+    else
+        snprintf(dev->source, sizeof(dev->source), "%s, scan %u", path, dev->scans);
+    dev->block = (struct dx_block){
+        .bytes = len ? dev->file.bytes + dev->offset : NULL,
+        .len = len,
+        .number = dev->number++,
+        .source = dev->source,
+    };
+    dev->block.stamp.device_ns = (uint64_t)((double)dev->block.number / dev->config.fps * 1e9);
+    dev->block.stamp.clock_id = DX_CLOCK_NONE;
+    dev->offset += len;
+    dev->block_ready = true;
+}
+
+/* The file that was opened last cannot be used: an empty block stands for it. */
+static void set_fault(struct dx_device *dev)
+{
+    dev->file_open = false;
+    set_block(dev, 0);
+}
+
+/* Opens the next file; a block is ready only when it could not be read. EOF at the end. */
+static int open_next(struct dx_device *dev)
+{
+    const char *path;
+
+    if (dev->next_file == dev->list.n) {
+        /* a whole pass without a frame: looping would report the same errors for ever */
+        if (!dev->config.loop || dev->n_decoded == dev->decoded_before)
+            return DX_DRIVER_E_EOF;
+        dev->next_file = 0;
+    }
+    if (dev->next_file == 0)
+        dev->decoded_before = dev->n_decoded;
+    path = dev->list.paths[dev->next_file++];
+    dev->offset = 0;
+    dev->scans = 0;
+    dev->file_open = true;
+    if (dx_slurp_file(&dev->file, path, DX_SLURP_MAX, &dev->fault) != 0)
+        set_fault(dev);
+    return 0;
+}
+
+/* Cuts the next block from the open file, or closes it. */
+static void cut(struct dx_device *dev)
+{
+    const uint8_t *bytes = dev->file.bytes + dev->offset;
+    size_t left = dev->file.len - dev->offset;
+    const char *path = dev->list.paths[dev->next_file - 1];
+    const struct dx_format *format = left ? dx_format_find(bytes, left, path) : NULL;
+    int64_t len = format ? format->block_len(bytes, left, NULL) : 0;
+
+    if (len != 0) {
+        /* with an error in it, the rest: decode() will say what is wrong */
+        set_block(dev, len > 0 ? (size_t)len : left);
+    } else if (dev->offset == 0) {
+        dx_err_set(&dev->fault, 0, "%s: %s", path,
+                   left && !format ? "neither PTX nor PCD" : "empty, expected a recording");
+        set_fault(dev);
+    } else {
+        dev->file_open = false;
+    }
+}
+
+static int file_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
+{
+    int rc = 0;
+
+    while (!dev->block_ready && rc == 0) {
+        if (dev->file_open)
+            cut(dev);
+        else
+            rc = open_next(dev);
+    }
+    if (rc)
+        return rc;
+    rc = dx_pace_wait(&dev->pace, dev->block.stamp.device_ns);
+    if (rc)
+        return rc > 0 ? rc : dx_err_set(err, rc, "%s: wait: %s", dev->name, strerror(-rc));
+    dev->block_ready = false;
+    *block = dev->block;
+    block->stamp.host_ns = dx_pace_now();
+    return 0;
+}
+
+/* ---- decode ---------------------------------------------------------------------------------- */
+
+static int read_points(struct dx_device *dev, const struct dx_block *block, struct dx_err *err)
+{
+    const struct dx_format *format;
+    int rc;
+
+    if (block->len == 0)
+        return dx_err_set(err, DX_DRIVER_E_CORRUPT, "%s",
+                          dev->fault.text[0] ? dev->fault.text : "empty block");
+    format = dx_format_find(block->bytes, block->len, block->source);
+    if (!format)
+        return dx_err_set(err, DX_DRIVER_E_CORRUPT, "%s: neither PTX nor PCD", block->source);
+    rc = format->decode(&dev->frame, block->bytes, block->len, err);
+    if (rc)
+        dx_err_prefix(err, block->source);
+    return rc == 0 || rc == -ENOMEM ? rc : DX_DRIVER_E_CORRUPT;
+}
+
+/* The attribute in the depth that planes will have. */
+static struct dx_points to_points(struct dx_device *dev)
+{
+    struct dx_xyz_frame *f = &dev->frame;
+    size_t n = (size_t)f->height * f->width;
+    uint8_t depth = f->attr ? f->attr_bytes : 0;
+    uint8_t want = dev->config.attr_bytes < 0 ? depth : (uint8_t)dev->config.attr_bytes;
+
+    if (depth == 2 && want == 1)
+        for (size_t k = 0; k < n; k++)
+            f->attr[k] = (uint16_t)(f->attr[k] >> 8);
+    if (depth == 1 && want == 2)
+        for (size_t k = 0; k < n; k++)
+            f->attr[k] = (uint16_t)(f->attr[k] * 257);
+    return (struct dx_points){f->height, f->width, f->xyz, want ? f->attr : NULL, want};
+}
+
+static bool fits(const struct dx_geometry *g, double range)
+{
+    return rint(range / (double)g->unit_m) <= (g->range_bytes == 2 ? LIMIT_2_BYTES : LIMIT_4_BYTES);
+}
+
+/* The frame's own fit says nothing new. */
+static bool same_geometry(const struct dx_geometry *g, const struct dx_geometry *fresh,
+                          const struct dx_fit_report *report)
+{
+    bool no_better = fresh->unit_m == g->unit_m && fresh->range_bytes == g->range_bytes;
+
+    return (fits(g, report->max_range_m) || no_better) &&
+           dx_geometry_departure(g, fresh) <= MAX_DEPARTURE;
+}
+
+static int tell_geometry(struct dx_device *dev, struct dx_geometry *fresh, uint8_t attr_bytes,
+                         const struct dx_fit_report *report, const struct dx_frame_sink *sink)
+{
+    int rc = sink->geometry(sink->ctx, fresh, attr_bytes);
+
+    if (rc) {
+        dx_geometry_unref(fresh);
+        return rc;
+    }
+    dx_geometry_unref(dev->geometry);
+    dev->geometry = fresh;
+    dev->attr_bytes = attr_bytes;
+    dev->report = *report;
+    return 0;
+}
+
+/* Keeps the geometry that was told, or tells the frame's own. */
+static int settle_geometry(struct dx_device *dev, const struct dx_points *points,
+                           const struct dx_block *block, const struct dx_frame_sink *sink,
+                           struct dx_err *err)
+{
+    struct dx_geometry *g = dev->geometry, *fresh;
+    struct dx_fit_report report;
+    bool same = g && memcmp(g->pose, dev->frame.pose, sizeof(g->pose)) == 0 &&
+                dev->attr_bytes == points->attr_bytes;
+    int rc;
+
+    if (same && dx_fit_holds(g, points, MAX_DEPARTURE))
+        return 0;
+    rc = dx_fit_geometry(&fresh, &report, points, &dev->config.fit, err);
+    if (rc) {
+        dx_err_prefix(err, block->source);
+        return rc == -ENOMEM ? rc : DX_DRIVER_E_CORRUPT;
+    }
+    memcpy(fresh->pose, dev->frame.pose, sizeof(fresh->pose));
+    if (same && same_geometry(g, fresh, &report)) {
+        dx_geometry_unref(fresh);
+        return 0;
+    }
+    return tell_geometry(dev, fresh, points->attr_bytes, &report, sink);
+}
+
+static int file_decode(struct dx_device *dev, const struct dx_block *block,
+                       const struct dx_frame_sink *sink, struct dx_err *err)
+{
+    struct dx_frame_part part = {.frame = block->number, .last = true, .stamp = block->stamp};
+    struct dx_points points;
+    struct dx_plane *plane;
+    int rc = read_points(dev, block, err);
+
+    if (rc)
+        return rc;
+    points = to_points(dev);
+    rc = settle_geometry(dev, &points, block, sink, err);
+    if (rc)
+        return rc;
+    plane = sink->plane(sink->ctx, block->number);
+    if (!plane)
+        return DX_DRIVER_E_AGAIN;
+    dx_fit_ranges(plane, dev->geometry, &points);
+    part.n_cols = points.width;
+    dev->n_decoded++;
+    sink->deliver(sink->ctx, &part);
+    return 0;
+}
+
+/* ---- the rest -------------------------------------------------------------------------------- */
+
+static void file_wake(struct dx_device *dev)
+{
+    dx_pace_wake(&dev->pace);
+}
+
+static void file_describe(struct dx_device *dev, char *text, size_t len)
+{
+    const struct dx_geometry *g = dev->geometry;
+    int n =
+        snprintf(text, len, "%s: %zu file%s", dev->name, dev->list.n, dev->list.n == 1 ? "" : "s");
+
+    if (!g || n < 0 || (size_t)n >= len)
+        return;
+    snprintf(text + n, len - (size_t)n, ", %s %ux%u, rms %.2g dexel, unit %g mm",
+             dx_model_name(g->model), g->width, g->height, dev->report.rms_dexel,
+             (double)g->unit_m * 1000);
+}
+
+const struct dx_fit_report *dx_file_fit_report(const struct dx_device *dev)
+{
+    return dev->geometry ? &dev->report : NULL;
+}
+
+const struct dx_driver dx_file_driver = {
+    .name = "file",
+    .open = file_open,
+    .start = file_start,
+    .read = file_read,
+    .decode = file_decode,
+    .stop = file_stop,
+    .close = file_close,
+    .wake = file_wake,
+    .describe = file_describe,
+};
