@@ -2,7 +2,11 @@
 VERSION := 0.1.0
 
 B ?= build
-CC ?= gcc
+ifeq ($(origin CC),default)
+CC := gcc
+endif
+# make V=1 shows the commands
+Q := $(if $(V),,@)
 OPT ?= -O3
 DEXEL_DATA ?= ../shared/data
 export DEXEL_DATA
@@ -19,7 +23,7 @@ docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 INSTALL ?= install
 
-PACKAGES := libsystemd libyaml jansson libpng zlib
+PACKAGES := libsystemd yaml-0.1 jansson libpng zlib
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 BASE_CFLAGS := -std=gnu17 $(OPT) -g $(WARN) -ffp-contract=off -fPIC -fvisibility=hidden -pthread
@@ -70,14 +74,14 @@ deps:
 # ---- objects and libraries ------------------------------------------------------------------------
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
+	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
            $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
-	rm -f $@ && ar crs $@ $^
+	$(Q)rm -f $@ && ar crs $@ $^
 endef
 
 $(B)/lib/libdexel.a: $(call obj,$(CLIENT_SRC) $(CORE_SRC))
@@ -92,27 +96,28 @@ $(B)/lib/libdxtools.a: $(call obj,$(TOOLS_SRC))
 SONAME := libdexel.so.0
 $(B)/lib/libdexel.so: $(call obj,$(CLIENT_SRC) $(CORE_SRC))
 	@mkdir -p $(@D)
-	$(CC) -shared -Wl,-soname,$(SONAME) $(ALL_LDFLAGS) -o $@ $^ -lm
-	ln -sf libdexel.so $(@D)/$(SONAME)
+	$(Q)$(CC) -shared -Wl,-soname,$(SONAME) $(ALL_LDFLAGS) -o $@ $^ -lm
+	$(Q)ln -sf libdexel.so $(@D)/$(SONAME)
 
 $(B)/libdexel.pc: client/libdexel.pc.in Makefile
 	@mkdir -p $(@D)
-	sed -e 's|@prefix@|$(prefix)|;s|@libdir@|$(libdir)|;s|@includedir@|$(includedir)|;s|@version@|$(VERSION)|' $< > $@
+	$(Q)sed -e 's|@prefix@|$(prefix)|;s|@libdir@|$(libdir)|;s|@includedir@|$(includedir)|;s|@version@|$(VERSION)|' $< > $@
 
 $(B)/bin/dexeld: $(call obj,daemon/main.c) $(LIBS)
 	@mkdir -p $(@D)
-	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+# `dexel bench` counts allocations: tools/alloc_count.c
 $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 	@mkdir -p $(@D)
-	$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
 $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
 
 check: deps
 	@$(MAKE) --no-print-directory all $(UNIT) $(SYSTEM)
@@ -142,7 +147,7 @@ FUZZ_FLAGS := -std=gnu17 -O1 -g -ffp-contract=off -fsanitize=fuzzer,address,unde
 fuzz: $(FUZZ)
 $(B)/fuzz/%: tests/fuzz/%.c $(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC)
 	@mkdir -p $(@D)
-	clang $(FUZZ_FLAGS) $(CPPFLAGS) $(PKG_CFLAGS) -o $@ $^ $(PKG_LIBS)
+	$(Q)clang $(FUZZ_FLAGS) $(CPPFLAGS) $(PKG_CFLAGS) -o $@ $^ $(PKG_LIBS)
 
 bench: all
 	$(B)/bin/dexel bench

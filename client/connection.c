@@ -128,9 +128,10 @@ int dx_connection_fill(struct dx_connection *c, struct dx_err *err)
     while (n < 0 && errno == EINTR);
     if (n < 0 && errno == EAGAIN)
         return 0;
-    if (n < 0)
+    /* a peer that left without reading all we said resets the connection: closed, too */
+    if (n < 0 && errno != ECONNRESET)
         return dx_err_set(err, -errno, "reading from the server: %s", strerror(errno));
-    if (n == 0)
+    if (n <= 0)
         return dx_err_set(err, -ECONNRESET, "the server closed the connection%s",
                           c->in_len ? " in the middle of a message" : "");
     c->in_len += (size_t)n;

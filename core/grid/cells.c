@@ -46,17 +46,26 @@ static void gather_ranges(struct dx_cell_block *b, const struct dx_plane *plane,
     }
 }
 
+/* What a range adds to the gate whatever the edge: once a dexel instead of once an edge. */
+static void gather_noise(struct dx_cell_block *b, const struct dx_gates *gates)
+{
+    uint32_t t0 = gates->t0, n2 = (uint32_t)gates->n2;
+
+    for (uint32_t i = 0; i <= b->n_rows; i++)
+        for (uint32_t j = 0; j <= b->n_cols; j++) {
+            uint32_t r = b->range16[i][j];
+
+            b->noise[i][j] = t0 + ((r * r >> 16) * n2 >> 16);
+        }
+}
+
 static void gather_constants(struct dx_cell_block *b, const struct dx_gates *gates, uint32_t row0,
                              uint32_t col0, uint32_t width)
 {
     for (int e = 0; e < DX_N_EDGES; e++)
         for (uint32_t i = 0; i <= b->n_rows; i++)
-            if (gates->per_dexel)
-                gather_row(b->c[e][i], gates->c[e] + (size_t)(row0 + i) * width, 4, col0,
-                           b->n_cols + 1, width);
-            else
-                for (uint32_t j = 0; j < N; j++)
-                    b->c[e][i][j] = gates->c[e][row0 + i];
+            gather_row(b->c[e][i], gates->c[e] + (size_t)(row0 + i) * width, 4, col0, b->n_cols + 1,
+                       width);
 }
 
 static void gather_directions(struct dx_cell_block *b, const struct dx_geometry *g, uint32_t row0,
@@ -76,44 +85,58 @@ static void gather_directions(struct dx_cell_block *b, const struct dx_geometry 
 
 /* ---- the first-order rule ------------------------------------------------------------------- */
 
-static void join_narrow(uint8_t *out, const uint16_t *x, const uint16_t *y, const uint32_t *c,
-                        uint32_t n, uint32_t t0, uint32_t n2)
+/* `step` 0: one constant for the row; 1: one an edge. Inlined with each, so that neither pays for
+ * both. */
+static inline __attribute__((always_inline)) void join_narrow(
+    uint8_t *out, const uint16_t *x, const uint16_t *y, const uint32_t *noise_x,
+    const uint32_t *noise_y, const uint32_t *c, uint32_t step, uint32_t n)
 {
     for (uint32_t j = 0; j < n; j++) {
         uint32_t lo = x[j] < y[j] ? x[j] : y[j], hi = x[j] < y[j] ? y[j] : x[j];
-        uint32_t tau = t0 + (lo * c[j] >> 16) + (((lo * lo >> 16) * n2) >> 16);
+        /* the noise term grows with range: the nearer sample has the smaller one */
+        uint32_t noise = noise_x[j] < noise_y[j] ? noise_x[j] : noise_y[j];
 
-        out[j] = (uint8_t)((lo != 0) & (hi - lo <= tau));
+        out[j] = (uint8_t)((lo != 0) & (hi - lo <= noise + (lo * c[j * step] >> 16)));
     }
 }
 
 static void join_wide(uint8_t *out, const uint32_t *x, const uint32_t *y, const uint32_t *c,
-                      uint32_t n, uint32_t t0, uint64_t n2)
+                      uint32_t step, uint32_t n, uint32_t t0, uint64_t n2)
 {
     for (uint32_t j = 0; j < n; j++) {
         uint64_t lo = x[j] < y[j] ? x[j] : y[j], hi = x[j] < y[j] ? y[j] : x[j];
         unsigned __int128 square = (unsigned __int128)(lo * lo >> 16) * n2 >> 16;
-        unsigned __int128 tau = t0 + (lo * c[j] >> 16) + square;
+        unsigned __int128 tau = t0 + (lo * c[j * step] >> 16) + square;
 
         out[j] = (uint8_t)((lo != 0) & (hi - lo <= tau));
     }
 }
 
-/* An edge row of type e: out[j] joins (i0, j + j0) and (i1, j + j1). */
+static void join_valid(uint8_t *out, const struct dx_cell_block *b, bool wide, uint32_t i0,
+                       uint32_t j0, uint32_t i1, uint32_t j1, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++)
+        out[j] = wide ? b->range32[i0][j + j0] && b->range32[i1][j + j1]
+                      : b->range16[i0][j + j0] && b->range16[i1][j + j1];
+}
+
+/* A row of edges of type e: out[j] joins dexels (i0, j + j0) and (i1, j + j1) of the block. */
 static void join(uint8_t *out, const struct dx_cell_block *b, const struct dx_gates *gates,
                  enum dx_edge e, uint32_t i0, uint32_t j0, uint32_t i1, uint32_t j1, uint32_t n)
 {
-    const uint32_t *c = b->c[e][i0 < i1 ? i0 : i1];
+    const uint32_t *c = gates->per_dexel ? b->c[e][i0] : &gates->c[e][b->row0 + i0];
 
     if (!gates->first_order)
-        for (uint32_t j = 0; j < n; j++)
-            out[j] = gates->wide ? b->range32[i0][j + j0] && b->range32[i1][j + j1]
-                                 : b->range16[i0][j + j0] && b->range16[i1][j + j1];
+        join_valid(out, b, gates->wide, i0, j0, i1, j1, n);
     else if (gates->wide)
-        join_wide(out, b->range32[i0] + j0, b->range32[i1] + j1, c, n, gates->t0, gates->n2);
+        join_wide(out, b->range32[i0] + j0, b->range32[i1] + j1, c, gates->per_dexel, n, gates->t0,
+                  gates->n2);
+    else if (gates->per_dexel)
+        join_narrow(out, b->range16[i0] + j0, b->range16[i1] + j1, b->noise[i0] + j0,
+                    b->noise[i1] + j1, c, 1, n);
     else
-        join_narrow(out, b->range16[i0] + j0, b->range16[i1] + j1, c, n, gates->t0,
-                    (uint32_t)gates->n2);
+        join_narrow(out, b->range16[i0] + j0, b->range16[i1] + j1, b->noise[i0] + j0,
+                    b->noise[i1] + j1, c, 0, n);
 }
 
 /* ---- the cap -------------------------------------------------------------------------------- */
@@ -203,7 +226,11 @@ void dx_cells_compute(uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS], struct dx_cel
     b->n_cols = tiling->cell_cols - col0 < DX_TILE_CELLS ? tiling->cell_cols - col0 : DX_TILE_CELLS;
     memset(code, DX_CELL_NONE, DX_TILE_CELLS * DX_TILE_CELLS);
     gather_ranges(b, plane, row0, col0, gates->wide);
-    gather_constants(b, gates, row0, col0, plane->width);
+    b->row0 = row0;
+    if (!gates->wide)
+        gather_noise(b, gates);
+    if (gates->per_dexel)
+        gather_constants(b, gates, row0, col0, plane->width);
     if (gates->cap)
         gather_directions(b, g, row0, col0);
 

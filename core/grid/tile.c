@@ -85,17 +85,38 @@ uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
     return n;
 }
 
-/* Corners of the triangles of each outcome: 0 a, 1 b, 2 c, 3 d; in index order, and flipped. */
-static const uint8_t corners[2][7][6] = {
-    {{0}, {0, 1, 2}, {0, 2, 3}, {0, 1, 2, 0, 2, 3}, {0, 1, 3}, {1, 2, 3}, {0, 1, 3, 1, 2, 3}},
-    {{0}, {0, 2, 1}, {0, 3, 2}, {0, 2, 1, 0, 3, 2}, {0, 3, 1}, {1, 3, 2}, {0, 3, 1, 1, 3, 2}},
+/* Corners of the triangle of an outcome that has one: 0 a, 1 b, 2 c, 3 d; in index order, and
+ * flipped. */
+static const uint8_t corners[2][7][3] = {
+    {[DX_CELL_ABC] = {0, 1, 2},
+     [DX_CELL_ACD] = {0, 2, 3},
+     [DX_CELL_ABD] = {0, 1, 3},
+     [DX_CELL_BCD] = {1, 2, 3}},
+    {[DX_CELL_ABC] = {0, 2, 1},
+     [DX_CELL_ACD] = {0, 3, 2},
+     [DX_CELL_ABD] = {0, 3, 1},
+     [DX_CELL_BCD] = {1, 3, 2}},
 };
-static const uint8_t n_triangles[7] = {0, 1, 1, 2, 1, 1, 2};
+
+/* The two triangles of a full cell, without a branch on its diagonal: noise makes that a coin toss.
+ */
+static inline void emit_full(uint16_t *out, uint8_t code, bool flip, uint16_t a, uint16_t b,
+                             uint16_t c, uint16_t d)
+{
+    bool on_bd = code == DX_CELL_ABD_BCD;
+
+    out[0] = a;
+    out[1 + flip] = b;
+    out[2 - flip] = on_bd ? d : c;
+    out[3] = on_bd ? b : a;
+    out[4 + flip] = c;
+    out[5 - flip] = d;
+}
 
 static uint32_t emit_indices(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS],
                              bool flip, uint16_t *index)
 {
-    const uint8_t(*corner)[6] = corners[flip];
+    const uint8_t(*corner)[3] = corners[flip];
     uint16_t *out = index;
 
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
@@ -104,12 +125,14 @@ static uint32_t emit_indices(const struct dx_tile *tile, const uint16_t rank[DX_
 
         for (uint32_t j = 0; j < tile->cell_cols; j++) {
             const uint16_t v[4] = {top[j], top[j + 1], bottom[j + 1], bottom[j]};
-            const uint8_t *k = corner[code[j]];
 
-            /* always six, advance by what counts: no branch to mispredict at silhouettes */
-            for (int m = 0; m < 6; m++)
-                out[m] = v[k[m]];
-            out += 3 * n_triangles[code[j]];
+            if (code[j] == DX_CELL_ABC_ACD || code[j] == DX_CELL_ABD_BCD) {
+                emit_full(out, code[j], flip, v[0], v[1], v[2], v[3]);
+                out += 6;
+            } else if (code[j] != DX_CELL_NONE) {
+                for (int m = 0; m < 3; m++)
+                    *out++ = v[corner[code[j]][m]];
+            }
         }
     }
     return (uint32_t)(out - index) / 3;

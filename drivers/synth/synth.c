@@ -15,7 +15,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #define BLOCK_LEN 16
 
@@ -180,14 +179,6 @@ static int synth_start(struct dx_device *dev, struct dx_err *err)
     return 0;
 }
 
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
 /* Columns of the part that starts at `col`. */
 static uint32_t part_len(const struct dx_device *dev, uint32_t col)
 {
@@ -216,7 +207,7 @@ static int synth_read(struct dx_device *dev, struct dx_block *block, struct dx_e
     *block = (struct dx_block){
         .bytes = dev->block,
         .len = BLOCK_LEN,
-        .stamp = {now_ns(), stamp, DX_CLOCK_DEVICE},
+        .stamp = {dx_pace_now(), stamp, DX_CLOCK_DEVICE},
         .number = dev->n_blocks++,
         .source = dx_scene_name(c->scene.scene),
     };

@@ -23,7 +23,7 @@ rule tools 'client/|core/|tools/|drivers/(driver.h|replay.h|file|synth)'
 # Siblings do not know each other: a driver's folder includes itself and drivers/*.h only.
 for d in file synth; do
   for other in file synth; do
-    [ "$d" = "$other" ] || grep -rnE "#include \"drivers/$other/" "drivers/$d" && breach "drivers/$d includes drivers/$other"
+    [ "$d" != "$other" ] && grep -rnE "#include \"drivers/$other/" "drivers/$d" && breach "drivers/$d includes drivers/$other"
   done
 done
 

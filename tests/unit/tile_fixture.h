@@ -74,6 +74,8 @@ static inline struct dx_geometry *fixture_small_geometry(void)
     (void)r;
     for (int i = 0; i < 3; i++)
         g->table[i] = g->table[3 + i] = 0.5f * (float)(i - 1);
+    dx_geometry_orient(g);
+    assert(g->flip);
     return g;
 }
 
@@ -229,7 +231,8 @@ static inline void script_state(struct script *s, uint8_t state, const char *rea
 {
     struct dx_msg_stream_state m = {.state = state};
 
-    memcpy(m.reason, reason, strnlen(reason, sizeof(m.reason) - 1));
+    assert(strlen(reason) < sizeof(m.reason));
+    memcpy(m.reason, reason, strlen(reason));
     SCRIPT_PUT(s, DX_MSG_STREAM_STATE, stream_state, &m);
 }
 
@@ -237,7 +240,8 @@ static inline void script_reset(struct script *s, const char *reason)
 {
     struct dx_msg_reset m = {0};
 
-    memcpy(m.reason, reason, strnlen(reason, sizeof(m.reason) - 1));
+    assert(strlen(reason) < sizeof(m.reason));
+    memcpy(m.reason, reason, strlen(reason));
     SCRIPT_PUT(s, DX_MSG_RESET, reset, &m);
 }
 
@@ -245,7 +249,8 @@ static inline void script_error(struct script *s, uint16_t code, const char *tex
 {
     struct dx_msg_error m = {.code = code};
 
-    memcpy(m.text, text, strnlen(text, sizeof(m.text) - 1));
+    assert(strlen(text) < sizeof(m.text));
+    memcpy(m.text, text, strlen(text));
     SCRIPT_PUT(s, DX_MSG_ERROR, error, &m);
 }
 

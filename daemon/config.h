@@ -1,0 +1,74 @@
+/*
+ * The configuration of the service: a YAML file, or the one that `dexeld --replay` means. Read once
+ * before any thread starts and constant from then on. What keys there are is one table
+ * (config_table.c): parser, printer and the list in dexeld.yaml(5) walk it.
+ */
+#ifndef DX_CONFIG_H
+#define DX_CONFIG_H
+
+#include "core/base/err.h"
+#include "core/grid/terrain.h"
+#include "drivers/file/file.h"
+#include "drivers/synth/synth.h"
+
+#include <stdio.h>
+
+#define DX_CONFIG_MAX_STREAMS 64
+#define DX_CONFIG_MAX_LEN     (1u << 20) /* bytes of a file */
+#define DX_CONFIG_MAX_SOCKET  107        /* bytes of a socket's path: sun_path without its NUL */
+
+struct dx_stream_config {
+    char *name;
+    const char *driver; /* for dx_driver_find(): "file", "synthetic" */
+    union {
+        struct dx_file_config file;
+        struct dx_synth_config synthetic;
+    } source; /* its address is what the driver's open() takes */
+    uint32_t commit_ms;
+    struct dx_terrain_params mesh;
+    uint32_t wait; /* a replay starts when so many have subscribed */
+    bool lossless; /* a replay that skips no frame (file at rate max) */
+    unsigned line; /* of the stream in the file, from 1; 0: not from a file */
+};
+
+struct dx_config {
+    char *socket;
+    char *control_socket;
+    uint32_t threads; /* of the pool; 0: one per processor */
+    uint32_t max_clients;
+    int log_level; /* syslog(3) priority */
+    uint32_t n_streams;
+    struct dx_stream_config *streams;
+};
+
+/*
+ * Reads a file. Errors, with a text that names file, line, column and key: -EINVAL (contents),
+ * -ENOMEM, or what open(2) and read(2) give. On error `config` is empty. Strings live until
+ * dx_config_fini().
+ */
+int dx_config_load(struct dx_config *config, const char *path, struct dx_err *err);
+
+/* The same for bytes in memory; `file` is the name for error texts. */
+int dx_config_parse(struct dx_config *config, const char *file, const void *bytes, size_t len,
+                    struct dx_err *err);
+void dx_config_fini(struct dx_config *config);
+
+/* The words of `dexeld --replay PATH [--rate RATE] [--loop] [--wait N] --socket SOCKET`. */
+struct dx_config_replay {
+    const char *path, *socket;
+    const char *rate, *wait; /* NULL: not given. Default real; 0, at rate max 1 */
+    bool loop;
+};
+
+/* One stream "replay", lossless at rate max; the control socket is SOCKET.control. Errors: -EINVAL
+ * (the text names the option), -ENOMEM. */
+int dx_config_for_replay(struct dx_config *config, const struct dx_config_replay *replay,
+                         struct dx_err *err);
+
+/* The configuration in force, as YAML that reads back as the same. */
+void dx_config_print(FILE *out, const struct dx_config *config);
+
+/* Every key with help, range and default, as the mdoc list in dexeld.yaml(5). */
+void dx_config_print_keys(FILE *out);
+
+#endif

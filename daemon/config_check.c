@@ -1,0 +1,84 @@
+/*
+ * What no single key can tell: values that do not go with each other. Errors point at the value, or
+ * at the stream when the file leaves the key out.
+ */
+#include "daemon/config_parse.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct check {
+    const struct dx_config *config;
+    const struct dx_config_marks *marks;
+    const char *file;
+    struct dx_err *err;
+};
+
+static struct dx_config_mark mark_of(const struct check *c, uint32_t place, const char *key)
+{
+    struct dx_config_mark mark = c->marks->of[place][dx_config_key_find(key) - dx_config_keys];
+
+    return mark.line ? mark : c->marks->stream[place];
+}
+
+/* Fails at a key of stream `n`; `key` is its path below the stream. */
+static int fail_stream(const struct check *c, uint32_t n, const char *key, const char *text)
+{
+    char row[64], path[64];
+
+    snprintf(row, sizeof(row), "streams[].%s", key);
+    snprintf(path, sizeof(path), "streams[%u].%s", n, key);
+    return dx_config_fail(c->err, c->file, mark_of(c, n + 1, row), path, "%s", text);
+}
+
+static int check_name(const struct check *c, uint32_t n)
+{
+    char text[128];
+
+    for (uint32_t i = 0; i < n; i++) {
+        if (strcmp(c->config->streams[i].name, c->config->streams[n].name))
+            continue;
+        snprintf(text, sizeof(text), "found '%s', already the name of streams[%u] (line %u)",
+                 c->config->streams[n].name, i, c->config->streams[i].line);
+        return fail_stream(c, n, "name", text);
+    }
+    return 0;
+}
+
+static int check_stream(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const char *mesh = dx_terrain_params_check(&s->mesh);
+    char text[128];
+    int r = check_name(c, n);
+
+    if (r)
+        return r;
+    if (mesh)
+        return fail_stream(c, n, "mesh", mesh);
+    if (s->lossless && s->source.file.rate != 0)
+        return fail_stream(c, n, "file.lossless", "found yes, which needs rate: max");
+    if (s->wait > c->config->max_clients) {
+        snprintf(text, sizeof(text), "found %u, expected at most max_clients, which is %u", s->wait,
+                 c->config->max_clients);
+        return fail_stream(c, n, "file.wait", text);
+    }
+    return 0;
+}
+
+int dx_config_check(const struct dx_config *config, const struct dx_config_marks *marks,
+                    const char *file, struct dx_err *err)
+{
+    struct check c = {config, marks, file, err};
+    struct dx_config_mark mark = mark_of(&c, 0, "control_socket");
+    int r = 0;
+
+    if (!mark.line)
+        mark = mark_of(&c, 0, "socket");
+    if (!strcmp(config->socket, config->control_socket))
+        return dx_config_fail(err, file, mark, "control_socket",
+                              "found the path of socket, expected another");
+    for (uint32_t n = 0; n < config->n_streams && !r; n++)
+        r = check_stream(&c, n);
+    return r;
+}

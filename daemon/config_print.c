@@ -1,0 +1,85 @@
+/*
+ * What the table of keys prints: the configuration in force as YAML, and the list of keys of
+ * dexeld.yaml(5).
+ */
+#include "daemon/config_table.h"
+
+#include <string.h>
+
+static void print_stream(FILE *out, const struct dx_stream_config *stream)
+{
+    const struct dx_config_key *key, *streams = dx_config_key_find("streams");
+    const char *lead = "  - ";
+
+    for (key = dx_config_keys; key->path; key++) {
+        bool map = key->type == DX_CONFIG_MAP || key->type == DX_CONFIG_DRIVER;
+
+        if (!dx_config_key_applies(key, stream->driver))
+            continue;
+        fprintf(out, "%s%s:%s", dx_config_key_inside(key, streams) ? lead : "      ",
+                dx_config_key_name(key), map ? "" : " ");
+        dx_config_value_print(key, stream, out);
+        putc('\n', out);
+        lead = "    ";
+    }
+}
+
+void dx_config_print(FILE *out, const struct dx_config *config)
+{
+    const struct dx_config_key *key;
+
+    for (key = dx_config_keys; key->path; key++) {
+        if (dx_config_key_in_stream(key) || key->type == DX_CONFIG_STREAMS)
+            continue;
+        fprintf(out, "%s: ", key->path);
+        dx_config_value_print(key, config, out);
+        putc('\n', out);
+    }
+    fputs("streams:\n", out);
+    for (uint32_t i = 0; i < config->n_streams; i++)
+        print_stream(out, &config->streams[i]);
+}
+
+/* A line of mdoc text; one that starts with a dot would be taken for a macro. */
+static void print_help(FILE *out, const char *help)
+{
+    bool start = true;
+
+    for (; *help; help++) {
+        if (start && (*help == '.' || *help == '\''))
+            fputs("\\&", out);
+        if (*help == '\\')
+            fputs("\\e", out);
+        else
+            putc(*help, out);
+        start = *help == '\n';
+    }
+    putc('\n', out);
+}
+
+static void print_allowed(FILE *out, const struct dx_config_key *key)
+{
+    char allowed[DX_CONFIG_ALLOWED_LEN];
+
+    dx_config_value_allowed(key, allowed);
+    fprintf(out, "Value: %s", allowed);
+    if (key->preset)
+        fprintf(out, "; default %s", key->preset);
+    else if (key->required)
+        fputs("; required", out);
+    fputs(".\n", out);
+}
+
+void dx_config_print_keys(FILE *out)
+{
+    const struct dx_config_key *key;
+
+    fputs(".Bl -tag -width Ds\n", out);
+    for (key = dx_config_keys; key->path; key++) {
+        fprintf(out, ".It Ic %s\n", key->path);
+        print_help(out, key->help);
+        if (key->type != DX_CONFIG_MAP && key->type != DX_CONFIG_DRIVER)
+            print_allowed(out, key);
+    }
+    fputs(".El\n", out);
+}

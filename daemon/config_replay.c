@@ -1,0 +1,89 @@
+/*
+ * The configuration that `dexeld --replay` means: one stream of the file driver, the options set
+ * through the table of keys so that they allow what the file allows.
+ */
+#include "daemon/config_parse.h"
+
+#include <errno.h>
+#include <string.h>
+
+/* Sets one key from the command line; errors name the option. */
+static int set_option(void *base, const char *path, const char *option, const char *text,
+                      struct dx_err *err)
+{
+    const struct dx_config_key *key = dx_config_key_find(path);
+    char allowed[DX_CONFIG_ALLOWED_LEN], found[DX_CONFIG_QUOTE_LEN];
+    int r = dx_config_value_set(key, base, text);
+
+    if (!r)
+        return 0;
+    if (r != -EINVAL)
+        return dx_err_set(err, r, "%s", strerror(-r));
+    dx_config_value_allowed(key, allowed);
+    dx_config_quote(found, text);
+    return dx_err_set(err, r, "%s: found %s, expected %s", option, found, allowed);
+}
+
+static int set_sockets(struct dx_config *config, const char *socket, struct dx_err *err)
+{
+    static const char suffix[] = ".control";
+    char control[DX_CONFIG_MAX_SOCKET + 1];
+    size_t len = strlen(socket), room = sizeof(control) - sizeof(suffix);
+    char found[DX_CONFIG_QUOTE_LEN];
+    int r;
+
+    dx_config_quote(found, socket);
+    if (!len || len > room)
+        return dx_err_set(err, -EINVAL, "--socket: found %s, expected a path of 1 to %zu bytes",
+                          found, room);
+    memcpy(control, socket, len);
+    memcpy(control + len, suffix, sizeof(suffix));
+    r = set_option(config, "socket", "--socket", socket, err);
+    return r ? r : set_option(config, "control_socket", "--socket", control, err);
+}
+
+static int set_replay(struct dx_stream_config *stream, const struct dx_config_replay *replay,
+                      struct dx_err *err)
+{
+    const struct dx_config_key *key;
+    int r = 0;
+
+    stream->driver = "file";
+    for (key = dx_config_keys; key->path && !r; key++)
+        if (dx_config_key_applies(key, stream->driver))
+            r = dx_config_value_preset(key, stream);
+    if (!r)
+        r = set_option(stream, "streams[].name", "--replay", "replay", err);
+    if (!r)
+        r = set_option(stream, "streams[].file.path", "--replay", replay->path, err);
+    if (!r && replay->rate)
+        r = set_option(stream, "streams[].file.rate", "--rate", replay->rate, err);
+    if (r)
+        return r;
+    stream->source.file.loop = replay->loop;
+    stream->lossless = stream->source.file.rate == 0;
+    stream->wait = stream->lossless;
+    return replay->wait ? set_option(stream, "streams[].file.wait", "--wait", replay->wait, err)
+                        : 0;
+}
+
+int dx_config_for_replay(struct dx_config *config, const struct dx_config_replay *replay,
+                         struct dx_err *err)
+{
+    int r = dx_config_init(config, 1);
+
+    if (r)
+        dx_err_set(err, r, "%s", strerror(-r));
+    else
+        r = set_sockets(config, replay->socket, err);
+    if (!r) {
+        config->n_streams = 1;
+        r = set_replay(&config->streams[0], replay, err);
+    }
+    if (!r && config->streams[0].wait > config->max_clients)
+        r = dx_err_set(err, -EINVAL, "--wait: found %u, expected at most %u (connections at once)",
+                       config->streams[0].wait, config->max_clients);
+    if (r)
+        dx_config_fini(config);
+    return r;
+}

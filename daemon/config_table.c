@@ -1,0 +1,148 @@
+/*
+ * The one table of configuration keys. A new key is a row here and a field in its struct; the list
+ * in dexeld.yaml(5) is printed from it (tests/unit/test_config.c compares them).
+ */
+#include "daemon/config_table.h"
+
+#include <stddef.h>
+#include <syslog.h>
+
+#define TOP(field)       offsetof(struct dx_config, field), sizeof(((struct dx_config *)0)->field)
+#define STREAM(field)    STREAM_AT(field), sizeof(((struct dx_stream_config *)0)->field)
+#define STREAM_AT(field) offsetof(struct dx_stream_config, field)
+
+/* The largest whole number that every YAML and JSON reader holds exactly. */
+#define EXACT 9007199254740991.0
+
+static const struct dx_config_word log_levels[] = {
+    {"error", LOG_ERR}, {"warning", LOG_WARNING}, {"notice", LOG_NOTICE},
+    {"info", LOG_INFO}, {"debug", LOG_DEBUG},     {NULL, 0},
+};
+static const struct dx_config_word rates[] = {{"real", 1}, {"max", 0}, {NULL, 0}};
+static const struct dx_config_word automatic[] = {{"auto", 0}, {NULL, 0}};
+static const struct dx_config_word seams[] = {{"auto", -1}, {"on", 1}, {"off", 0}, {NULL, 0}};
+static const struct dx_config_word depths[] = {{"0", 0}, {"8", 1}, {"16", 2}, {NULL, 0}};
+static const struct dx_config_word file_depths[] = {
+    {"auto", -1}, {"0", 0}, {"8", 1}, {"16", 2}, {NULL, 0}};
+static const struct dx_config_word diagonals[] = {
+    {"fixed", DX_DIAG_FIXED}, {"short", DX_DIAG_SHORT}, {NULL, 0}};
+
+/* clang-format off */
+const struct dx_config_key dx_config_keys[] = {
+    {"socket", DX_CONFIG_PATH, TOP(socket), .min = 1, .max = DX_CONFIG_MAX_SOCKET,
+     .preset = "/run/dexeld/mesh.sock",
+     .help = "The Unix socket where subscribers get meshes."},
+    {"control_socket", DX_CONFIG_PATH, TOP(control_socket), .min = 1, .max = DX_CONFIG_MAX_SOCKET,
+     .preset = "/run/dexeld/control.sock",
+     .help = "The Unix socket where the service tells its status."},
+    {"threads", DX_CONFIG_UINT, TOP(threads), .min = 0, .max = 256, .preset = "0",
+     .help = "Threads that compute tiles, shared by all streams.\n0: one for each processor."},
+    {"max_clients", DX_CONFIG_UINT, TOP(max_clients), .min = 1, .max = 4096, .preset = "256",
+     .help = "Connections at once to the mesh socket; further ones are refused."},
+    {"log_level", DX_CONFIG_CHOICE, TOP(log_level), .words = log_levels, .preset = "info",
+     .help = "The least important messages that are logged."},
+    {"streams", DX_CONFIG_STREAMS, TOP(streams), .min = 1, .max = DX_CONFIG_MAX_STREAMS,
+     .required = true,
+     .help = "The sources.\nEach has a name and exactly one driver."},
+
+    {"streams[].name", DX_CONFIG_NAME, STREAM(name), .min = 1, .max = 63, .required = true,
+     .help = "What subscribers ask for; no two streams share one."},
+    {"streams[].commit_ms", DX_CONFIG_UINT, STREAM(commit_ms), .min = 0, .max = 60000,
+     .preset = "33",
+     .help = "Milliseconds: while a frame arrives in parts, the mesh of what is there is published at\n"
+             "most this often, and at the end of the frame."},
+
+    {"streams[].mesh", DX_CONFIG_MAP, STREAM(mesh), .help = "Which neighbours are joined."},
+    {"streams[].mesh.sigma", DX_CONFIG_NUMBERS, STREAM(mesh.sigma), STREAM_AT(mesh.sigma_given),
+     .min = 0, .max = 1000, .words = automatic, .preset = "auto",
+     .help = "Range noise, one standard deviation at range r in metres: s0 + s1 r + s2 r^2, written\n"
+             "[s0, s1, s2].\nauto: estimated from the first frame, then kept."},
+    {"streams[].mesh.tilt", DX_CONFIG_NUMBER, STREAM(mesh.tilt_deg), .min = 0, .max = 89,
+     .preset = "78.69",
+     .help = "Degrees: the steepest incidence of a surface that is joined."},
+    {"streams[].mesh.cap", DX_CONFIG_NUMBER, STREAM(mesh.cap_m), .min = 0, .max = 1e6,
+     .preset = "0",
+     .help = "Metres: the longest edge.\n0: no limit."},
+    {"streams[].mesh.diag", DX_CONFIG_CHOICE, STREAM(mesh.diag), .words = diagonals,
+     .preset = "short",
+     .help = "The diagonal of a cell of four neighbours: always the same one, or the one whose ends\n"
+             "differ less in range."},
+    {"streams[].mesh.paper", DX_CONFIG_BOOL, STREAM(mesh.paper), .preset = "no",
+     .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap."},
+    {"streams[].mesh.noise_gate", DX_CONFIG_NUMBER, STREAM(mesh.noise_k), .min = 0, .max = 100,
+     .preset = "4",
+     .help = "Range steps below so many sigmas count as noise and are joined."},
+
+    {"streams[].synthetic", DX_CONFIG_DRIVER, STREAM(source.synthetic),
+     .help = "Driver: a simulated scanner in an analytic scene, the same bytes on every machine."},
+    {"streams[].synthetic.scene", DX_CONFIG_CHOICE, STREAM(source.synthetic.scene.scene),
+     .word = dx_scene_name, .preset = "hall",
+     .help = "What the scanner sees."},
+    {"streams[].synthetic.size", DX_CONFIG_SIZE, STREAM(source.synthetic.scene.width),
+     STREAM_AT(source.synthetic.scene.height), .min = 8, .max = DX_PLANE_MAX_SIDE,
+     .words = automatic, .preset = "auto",
+     .help = "Size of a frame, columns by rows.\nauto: what suits the scene."},
+    {"streams[].synthetic.noise", DX_CONFIG_NUMBERS, STREAM(source.synthetic.scene.sigma),
+     .min = 0, .max = 1000, .preset = "0",
+     .help = "Range noise in metres; [s0, s1, s2] as in mesh.sigma, or s0 alone."},
+    {"streams[].synthetic.dropouts", DX_CONFIG_NUMBER, STREAM(source.synthetic.scene.dropout),
+     .min = 0, .max = 1, .preset = "0",
+     .help = "Share of the dexels that get no return."},
+    {"streams[].synthetic.mixed", DX_CONFIG_NUMBER, STREAM(source.synthetic.scene.mixed),
+     .min = 0, .max = 1, .preset = "0",
+     .help = "Share of the dexels at range steps that are a mix of both sides."},
+    {"streams[].synthetic.seed", DX_CONFIG_UINT, STREAM(source.synthetic.scene.seed),
+     .min = 0, .max = EXACT, .preset = "1",
+     .help = "Seed of noise, drop-outs and mixed dexels."},
+    {"streams[].synthetic.fps", DX_CONFIG_NUMBER, STREAM(source.synthetic.fps),
+     .min = 0.001, .max = 100000, .preset = "10",
+     .help = "Frames in a second of simulated time."},
+    {"streams[].synthetic.frames", DX_CONFIG_UINT, STREAM(source.synthetic.n_frames),
+     .min = 0, .max = EXACT, .preset = "0",
+     .help = "Frames until the stream ends.\n0: it does not."},
+    {"streams[].synthetic.loop", DX_CONFIG_BOOL, STREAM(source.synthetic.loop), .preset = "no",
+     .help = "After the last frame start again with the first."},
+    {"streams[].synthetic.rate", DX_CONFIG_NUMBER, STREAM(source.synthetic.rate),
+     .min = 0.001, .max = 1000, .words = rates, .preset = "real",
+     .help = "Speed: as simulated, as fast as possible, or so many times faster."},
+    {"streams[].synthetic.parts", DX_CONFIG_UINT, STREAM(source.synthetic.part_cols),
+     .min = 0, .max = DX_PLANE_MAX_SIDE, .preset = "0",
+     .help = "Columns delivered at a time, as a slow scanner does.\n0: whole frames."},
+    {"streams[].synthetic.unit", DX_CONFIG_NUMBER, STREAM(source.synthetic.scene.unit_m),
+     .min = 1e-6, .max = 1, .preset = "0.001",
+     .help = "Metres: the step in which ranges are counted."},
+    {"streams[].synthetic.attribute", DX_CONFIG_CHOICE,
+     STREAM(source.synthetic.scene.attr_bytes), .words = depths, .preset = "16",
+     .help = "Bits of reflectance with each dexel."},
+
+    {"streams[].file", DX_CONFIG_DRIVER, STREAM(source.file),
+     .help = "Driver: a recording, replayed the way a device would deliver it."},
+    {"streams[].file.path", DX_CONFIG_PATH, STREAM(source.file.path), .min = 1, .max = 4095,
+     .required = true,
+     .help = "A file, a directory, or a pattern such as /data/scan-*.pcd.\n"
+             "Several files are the frames of a sequence, in the order of their names."},
+    {"streams[].file.rate", DX_CONFIG_NUMBER, STREAM(source.file.rate),
+     .min = 0.001, .max = 1000, .words = rates, .preset = "real",
+     .help = "Speed: as recorded, as fast as possible, or so many times faster."},
+    {"streams[].file.fps", DX_CONFIG_NUMBER, STREAM(source.file.fps),
+     .min = 0.001, .max = 100000, .preset = "10",
+     .help = "Frames a second where the files carry no time."},
+    {"streams[].file.loop", DX_CONFIG_BOOL, STREAM(source.file.loop), .preset = "no",
+     .help = "After the last frame start again with the first."},
+    {"streams[].file.lossless", DX_CONFIG_BOOL, STREAM(lossless), .preset = "no",
+     .help = "Skip no frame, and let subscribers ask for every epoch.\nNeeds rate max."},
+    {"streams[].file.wait", DX_CONFIG_UINT, STREAM(wait), .min = 0, .max = 4096, .preset = "0",
+     .help = "Start when so many have subscribed."},
+    {"streams[].file.unit", DX_CONFIG_NUMBER, STREAM(source.file.fit.unit_m),
+     .min = 1e-6, .max = 1, .words = automatic, .preset = "auto",
+     .help = "Metres: the step in which ranges are counted.\n"
+             "auto: the finest of 1, 2, 5, 10 ... that holds the largest range in 16 bits."},
+    {"streams[].file.seam", DX_CONFIG_CHOICE, STREAM(source.file.fit.seam), .words = seams,
+     .preset = "auto",
+     .help = "Whether the first column follows the last, as in a full turn.\nauto: from the data."},
+    {"streams[].file.attribute", DX_CONFIG_CHOICE, STREAM(source.file.attr_bytes),
+     .words = file_depths, .preset = "auto",
+     .help = "Bits of intensity with each dexel.\nauto: what the files have."},
+    {.path = NULL},
+};
+/* clang-format on */

@@ -1,0 +1,411 @@
+/*
+ * The mesher. What is committed and not yet sent is kept as a bitset of tiles for each encoding, so
+ * that a shortage of chunks costs nothing but time: the tiles go out with a later epoch.
+ */
+#include "daemon/mesher.h"
+
+#include "daemon/clock.h"
+#include "daemon/log.h"
+
+#include <errno.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define WINDOW 16 /* tiles encoded at a time: enough for the pool, small enough for the cache */
+
+/* A tile on its way to the feed: its chunk in each encoding that wants it (len 0: not wanted). */
+struct encode_job {
+    uint32_t tile;
+    size_t len[DX_N_ENCODINGS];
+    uint8_t *body[DX_N_ENCODINGS];
+};
+
+struct encode_scratch {
+    struct dx_tile tile;
+    struct dx_tile_mesh mesh;
+};
+
+struct dx_mesher {
+    struct dx_mesher_config config;
+    struct dx_mailbox *mailbox;
+    struct dx_feed *feed;
+    struct dx_counters *counters;
+    struct dx_pool *pool;
+    sem_t wake;
+    atomic_bool stop;
+
+    struct dx_geometry *geometry;
+    struct dx_terrain *terrain; /* NULL until there is a geometry */
+    bool have_noise;            /* given, or a whole frame has been seen */
+    uint64_t epoch;
+    uint64_t commit_ns;          /* when the last commit was made */
+    struct dx_msg_commit commit; /* what the array holds now */
+    bool has_mesh, uncommitted, unsent;
+    bool announced; /* subscribers have been told this geometry */
+    uint32_t n_resets;
+
+    uint32_t served[DX_N_ENCODINGS];   /* generation that has been sent whole */
+    uint64_t *pending[DX_N_ENCODINGS]; /* tiles that changed since they were sent */
+    struct encode_job job[WINDOW];
+    struct encode_scratch *scratch; /* one a thread */
+};
+
+static void free_pending(struct dx_mesher *m)
+{
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        free(m->pending[e]);
+        m->pending[e] = NULL;
+    }
+}
+
+int dx_mesher_new(struct dx_mesher **out, const struct dx_mesher_config *config,
+                  struct dx_mailbox *mailbox, struct dx_feed *feed, struct dx_counters *counters,
+                  struct dx_pool *pool)
+{
+    struct dx_mesher *m = calloc(1, sizeof(*m));
+
+    if (!m)
+        return -ENOMEM;
+    m->config = *config;
+    m->mailbox = mailbox;
+    m->feed = feed;
+    m->counters = counters;
+    m->pool = pool;
+    sem_init(&m->wake, 0, 0);
+    m->scratch = calloc(dx_pool_threads(pool), sizeof(*m->scratch));
+    if (!m->scratch)
+        goto err_memory;
+    for (int k = 0; k < WINDOW; k++)
+        for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
+            m->job[k].body[e] = malloc(dx_chunk_max_len((enum dx_encoding)e));
+            if (!m->job[k].body[e])
+                goto err_memory;
+        }
+    *out = m;
+    return 0;
+
+err_memory:
+    dx_mesher_free(m);
+    return -ENOMEM;
+}
+
+void dx_mesher_free(struct dx_mesher *m)
+{
+    if (!m)
+        return;
+    free_pending(m);
+    dx_terrain_free(m->terrain);
+    dx_geometry_unref(m->geometry);
+    for (int k = 0; k < WINDOW; k++)
+        for (int e = 0; e < DX_N_ENCODINGS; e++)
+            free(m->job[k].body[e]);
+    free(m->scratch);
+    sem_destroy(&m->wake);
+    free(m);
+}
+
+void dx_mesher_kick(void *mesher)
+{
+    struct dx_mesher *m = mesher;
+
+    sem_post(&m->wake);
+}
+
+void dx_mesher_stop(struct dx_mesher *m)
+{
+    atomic_store_explicit(&m->stop, true, memory_order_relaxed); /* ordered by the semaphore */
+    dx_mesher_kick(m);
+}
+
+/* ---- sending -------------------------------------------------------------------------------- */
+
+/* Runs on the pool: the chunks of one tile. */
+static void encode_tile(void *ctx, uint32_t task, unsigned thread)
+{
+    struct dx_mesher *m = ctx;
+    struct encode_job *job = &m->job[task];
+    struct encode_scratch *s = &m->scratch[thread];
+    bool some = dx_terrain_tile(m->terrain, job->tile, &s->tile);
+
+    for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
+        if (!job->len[e])
+            continue;
+        if (!some) {
+            job->len[e] =
+                dx_chunk_put_empty(job->body[e], (enum dx_encoding)e, s->tile.row, s->tile.col);
+        } else if (e == DX_ENCODING_F32) {
+            dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(m->terrain),
+                               dx_terrain_geometry(m->terrain));
+            job->len[e] = dx_chunk_put_f32(job->body[e], &s->mesh);
+        } else {
+            job->len[e] = dx_chunk_put_q16(job->body[e], &s->tile);
+        }
+    }
+}
+
+/* Encodes the first n jobs and adds them to the open epoch. False: short of chunks. */
+static bool flush_jobs(struct dx_mesher *m, uint32_t n)
+{
+    dx_pool_run(m->pool, n, encode_tile, m);
+    for (uint32_t k = 0; k < n; k++)
+        for (unsigned e = 0; e < DX_N_ENCODINGS; e++)
+            if (m->job[k].len[e] && !dx_feed_add(m->feed, m->job[k].tile, (enum dx_encoding)e,
+                                                 m->job[k].body[e], m->job[k].len[e]))
+                return false;
+    return true;
+}
+
+static bool add_pending(struct dx_mesher *m)
+{
+    uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)), n = 0;
+
+    for (uint32_t t = 0; t < n_tiles; t++) {
+        struct encode_job *job = &m->job[n];
+        bool any = false;
+
+        for (int e = 0; e < DX_N_ENCODINGS; e++) {
+            job->len[e] = m->pending[e][t / 64] >> (t % 64) & 1;
+            any |= job->len[e];
+        }
+        if (!any)
+            continue;
+        job->tile = t;
+        if (++n == WINDOW) {
+            if (!flush_jobs(m, n))
+                return false;
+            n = 0;
+        }
+    }
+    return n == 0 || flush_jobs(m, n);
+}
+
+/* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
+static bool update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
+    bool any = false;
+
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        if (wanted[e] == 0)
+            memset(m->pending[e], 0, bytes);
+        else if (wanted[e] != m->served[e])
+            memset(m->pending[e], 0xff, bytes);
+        any |= wanted[e] != 0 && wanted[e] != m->served[e];
+    }
+    return any;
+}
+
+/* Publishes an epoch when there is something to say: a commit that has not been sent, or an
+ * encoding that somebody newly wants. */
+static void send_epoch(struct dx_mesher *m)
+{
+    uint32_t wanted[DX_N_ENCODINGS];
+
+    if (!m->has_mesh)
+        return;
+    dx_feed_wanted(m->feed, wanted);
+    if (!update_pending(m, wanted) && !m->unsent)
+        return;
+    dx_feed_begin(m->feed, m->epoch + 1, wanted);
+    if (!add_pending(m)) {
+        dx_feed_abort(m->feed);
+        dx_count(&m->counters->n_short_of_chunks, 1);
+        m->unsent = true;
+        return;
+    }
+    m->epoch++;
+    dx_feed_commit(m->feed, &m->commit);
+    dx_count(&m->counters->n_epochs, 1);
+    m->unsent = false;
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        size_t n = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain));
+
+        memset(m->pending[e], 0, (n / 64 + 1) * 8);
+        m->served[e] = wanted[e];
+    }
+}
+
+/* ---- taking --------------------------------------------------------------------------------- */
+
+static void commit_mesh(struct dx_mesher *m)
+{
+    uint64_t start = dx_clock_ns(), n_words;
+    const uint64_t *changed;
+
+    if (!m->uncommitted)
+        return;
+    dx_count(&m->counters->n_tiles_changed, dx_terrain_commit(m->terrain, m->pool));
+    changed = dx_terrain_changed(m->terrain);
+    n_words = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1;
+    for (int e = 0; e < DX_N_ENCODINGS; e++)
+        for (uint64_t k = 0; k < n_words; k++)
+            m->pending[e][k] |= changed[k];
+    m->commit.n_dropped = dx_mailbox_n_skipped(m->mailbox);
+    m->uncommitted = false;
+    m->unsent = true;
+    m->has_mesh = true;
+    m->commit_ns = dx_clock_ns();
+    dx_count(&m->counters->mesh_ns, m->commit_ns - start);
+    dx_set(&m->counters->mesh_ns_last, m->commit_ns - start);
+}
+
+static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr_bytes)
+{
+    const struct dx_tiling *tiling;
+    size_t n_words;
+    int r;
+
+    free_pending(m);
+    dx_terrain_free(m->terrain);
+    m->terrain = NULL;
+    r = dx_terrain_new(&m->terrain, g, &m->config.terrain, attr_bytes);
+    if (r < 0)
+        return r;
+    tiling = dx_terrain_tiling(m->terrain);
+    n_words = dx_tiling_n_tiles(tiling) / 64 + 1;
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        m->pending[e] = calloc(n_words, sizeof(uint64_t));
+        if (!m->pending[e]) {
+            dx_terrain_free(m->terrain);
+            m->terrain = NULL;
+            return -ENOMEM;
+        }
+        m->served[e] = 0;
+    }
+    m->have_noise = m->config.terrain.sigma_given;
+    return 0;
+}
+
+static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
+{
+    int r = set_geometry(m, mail->geometry, mail->attr_bytes);
+
+    if (r < 0) {
+        dx_log_error("mesher", "%s: no memory for the mesh of a grid of %ux%u", m->config.name,
+                     mail->geometry->width, mail->geometry->height);
+        dx_feed_state(m->feed, DX_STREAM_GONE, "no memory for a grid of this size");
+    } else if (dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) > m->config.max_tiles) {
+        dx_log_error("mesher", "%s: a grid of %ux%u is larger than this stream's limit of %u tiles",
+                     m->config.name, mail->geometry->width, mail->geometry->height,
+                     m->config.max_tiles);
+        dx_feed_state(m->feed, DX_STREAM_GONE, "the grid is larger than the stream's limit");
+        dx_terrain_free(m->terrain);
+        m->terrain = NULL;
+    }
+    m->announced = false;
+    m->has_mesh = m->uncommitted = m->unsent = false;
+    dx_geometry_unref(m->geometry);
+    m->geometry = mail->geometry;
+}
+
+/* Tells subscribers what the stream is, once the noise is known: the parameters in force are part
+ * of it. */
+static void announce(struct dx_mesher *m)
+{
+    dx_feed_reset(m->feed, m->geometry, dx_terrain_params(m->terrain),
+                  dx_terrain_published(m->terrain)->attr_bytes,
+                  m->n_resets++ ? "the geometry changed" : "");
+    m->announced = true;
+}
+
+/* Publishes runs of columns to the array. */
+static void publish_columns(struct dx_mesher *m, const struct dx_plane *plane,
+                            const uint64_t *columns)
+{
+    for (uint32_t j = 0; j < plane->width;) {
+        uint32_t end = j;
+
+        while (end < plane->width && (columns[end / 64] >> (end % 64) & 1))
+            end++;
+        if (end > j)
+            dx_terrain_publish(m->terrain, plane, j, end - j);
+        j = end + 1;
+    }
+}
+
+static void take_columns(struct dx_mesher *m, const struct dx_mail_item *mail)
+{
+    if (!m->terrain)
+        return;
+    if (!m->have_noise && !mail->complete)
+        return; /* the estimate wants a whole frame: its columns come together, when it is complete
+                 */
+    if (m->have_noise)
+        publish_columns(m, mail->plane, mail->columns);
+    else
+        dx_terrain_publish(m->terrain, mail->plane, 0, mail->plane->width);
+    m->have_noise = true;
+    m->uncommitted = true;
+    m->commit = (struct dx_msg_commit){
+        .frame = mail->frame,
+        .host_ns = mail->stamp.host_ns,
+        .device_ns = mail->stamp.device_ns,
+        .clock_id = mail->stamp.clock_id,
+        .flags = mail->complete ? 0 : DX_COMMIT_PARTIAL,
+    };
+    dx_count(&m->counters->n_parts, 1);
+    if (mail->complete)
+        dx_count(&m->counters->n_frames, 1);
+    if (!m->announced)
+        announce(m);
+}
+
+/* One item of mail; false when there is none. */
+static bool take_mail(struct dx_mesher *m)
+{
+    struct dx_mail_item mail;
+
+    switch (dx_mailbox_take(m->mailbox, &mail)) {
+    case DX_MAIL_NONE:
+        return false;
+    case DX_MAIL_GEOMETRY:
+        reset(m, &mail);
+        break;
+    case DX_MAIL_COLUMNS:
+        take_columns(m, &mail);
+        dx_mailbox_release(m->mailbox);
+        if (mail.complete)
+            commit_mesh(m);
+        break;
+    case DX_MAIL_STATE:
+        commit_mesh(m);
+        send_epoch(m);
+        dx_feed_state(m->feed, mail.state, mail.reason);
+        break;
+    }
+    return true;
+}
+
+/* A lossless replay takes the next frame when every lossless subscriber has the last epoch. */
+static bool may_take(const struct dx_mesher *m)
+{
+    return !m->config.lossless || (!m->unsent && dx_feed_lossless_epoch(m->feed) >= m->epoch);
+}
+
+/* Sleeps until kicked, or until a commit of parts is due. */
+static void wait_for_kick(struct dx_mesher *m)
+{
+    uint64_t due = m->commit_ns + (uint64_t)m->config.commit_ms * 1000000;
+
+    if (m->uncommitted)
+        dx_clock_sem_wait(&m->wake, due);
+    else
+        dx_clock_sem_wait(&m->wake, 0);
+    while (sem_trywait(&m->wake) == 0)
+        ; /* kicks that came together are one */
+}
+
+void dx_mesher_run(struct dx_mesher *m)
+{
+    while (!atomic_load_explicit(&m->stop, memory_order_relaxed)) {
+        while (may_take(m) && take_mail(m))
+            send_epoch(m);
+        if (m->uncommitted &&
+            dx_clock_ns() >= m->commit_ns + (uint64_t)m->config.commit_ms * 1000000)
+            commit_mesh(m);
+        send_epoch(m);
+        wait_for_kick(m); /* whatever came in the meantime has raised the semaphore */
+    }
+}

@@ -1,0 +1,110 @@
+/* The reader thread. */
+#include "daemon/reader.h"
+
+#include "daemon/log.h"
+
+#include <errno.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+struct dx_stream_reader {
+    const char *name;
+    const struct dx_driver *driver;
+    struct dx_device *device;
+    struct dx_mailbox *mailbox;
+    struct dx_counters *counters;
+    atomic_bool stop;
+    bool is_live;       /* a frame has come, and subscribers know */
+    struct dx_err last; /* what was wrong with the newest block that was wrong */
+};
+
+int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
+                         const struct dx_driver *driver, const void *driver_config,
+                         struct dx_mailbox *mailbox, struct dx_counters *counters,
+                         struct dx_err *err)
+{
+    struct dx_stream_reader *r = calloc(1, sizeof(*r));
+    int result;
+
+    if (!r)
+        return dx_err_set(err, -ENOMEM, "no memory");
+    r->name = name;
+    r->driver = driver;
+    r->mailbox = mailbox;
+    r->counters = counters;
+    result = driver->open(&r->device, driver_config, err);
+    if (result < 0) {
+        free(r);
+        return result;
+    }
+    *out = r;
+    return 0;
+}
+
+void dx_stream_reader_free(struct dx_stream_reader *r)
+{
+    if (!r)
+        return;
+    r->driver->close(r->device);
+    free(r);
+}
+
+void dx_stream_reader_stop(struct dx_stream_reader *r)
+{
+    atomic_store_explicit(&r->stop, true, memory_order_release);
+    r->driver->wake(r->device);
+}
+
+static void decode(struct dx_stream_reader *r, const struct dx_block *block)
+{
+    struct dx_frame_sink sink = dx_mailbox_sink(r->mailbox);
+    struct dx_err err = {""};
+    int result = r->driver->decode(r->device, block, &sink, &err);
+
+    if (result == 0) {
+        if (!r->is_live)
+            dx_mailbox_put_state(r->mailbox, DX_STREAM_LIVE, "");
+        r->is_live = true;
+    } else if (result != DX_DRIVER_E_AGAIN) {
+        dx_count(&r->counters->n_corrupt, 1);
+        dx_log_warning("reader", "%s: %s", r->name, err.text);
+        r->last = err;
+    }
+}
+
+/* What subscribers are told when the source is over. A replay that had no good frame is a fault. */
+static void finish(struct dx_stream_reader *r, int result, const struct dx_err *err)
+{
+    char text[512];
+
+    if (result == DX_DRIVER_E_EOF && (r->is_live || !r->last.text[0])) {
+        r->driver->describe(r->device, text, sizeof(text));
+        dx_log_info("reader", "%s: ended: %s", r->name, text);
+        dx_mailbox_put_state(r->mailbox, DX_STREAM_ENDED, "");
+        return;
+    }
+    if (result == DX_DRIVER_E_EOF)
+        err = &r->last;
+    dx_log_error("reader", "%s: %s", r->name, err->text);
+    dx_mailbox_put_state(r->mailbox, DX_STREAM_GONE, err->text);
+}
+
+void dx_stream_reader_run(struct dx_stream_reader *r)
+{
+    struct dx_err err = {""};
+    int result = r->driver->start(r->device, &err);
+
+    while (result >= 0 && !atomic_load_explicit(&r->stop, memory_order_acquire)) {
+        struct dx_block block;
+
+        result = r->driver->read(r->device, &block, &err);
+        if (result == 0)
+            decode(r, &block);
+        else if (result != DX_DRIVER_E_AGAIN)
+            break;
+    }
+    if (!atomic_load_explicit(&r->stop, memory_order_acquire))
+        finish(r, result, &err);
+    r->driver->stop(r->device);
+}

@@ -1,0 +1,27 @@
+/*
+ * The reader of one stream: a thread that owns the opened device, reads raw blocks, and decodes
+ * them into the mailbox. It never waits for a client, the mesher or the disk (save in a lossless
+ * replay, at the mailbox).
+ */
+#ifndef DX_READER_H
+#define DX_READER_H
+
+#include "daemon/counters.h"
+#include "daemon/mailbox.h"
+#include "drivers/driver.h"
+
+struct dx_stream_reader;
+
+/* Opens the device, so that a wrong path or name is told at once. Borrows all pointers. */
+int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
+                         const struct dx_driver *driver, const void *driver_config,
+                         struct dx_mailbox *mailbox, struct dx_counters *counters,
+                         struct dx_err *err);
+void dx_stream_reader_free(struct dx_stream_reader *r); /* closes the device */
+
+/* The thread's body; returns when the source has ended, gone, or dx_stream_reader_stop was called.
+ */
+void dx_stream_reader_run(struct dx_stream_reader *r);
+void dx_stream_reader_stop(struct dx_stream_reader *r); /* any thread; close the mailbox as well */
+
+#endif

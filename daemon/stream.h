@@ -1,0 +1,35 @@
+/*
+ * A stream: one configured source with everything it owns (device, mailbox, feed, mesher, counters)
+ * and its two threads. Made and ended by the main thread.
+ */
+#ifndef DX_STREAM_H
+#define DX_STREAM_H
+
+#include "core/base/err.h"
+#include "core/base/pool.h"
+#include "daemon/config.h"
+#include "daemon/counters.h"
+#include "daemon/feed.h"
+
+struct dx_stream;
+
+/* Opens the source and allocates all that the frame path will use. `config` and `pool` are
+ * borrowed. Errors name the stream. */
+int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
+                  struct dx_pool *pool, struct dx_err *err);
+void dx_stream_free(
+    struct dx_stream *s); /* stops it first; the loop must have let go of the feed */
+
+/* Starts the threads. Errors: -EAGAIN and such from pthread_create. */
+int dx_stream_start(struct dx_stream *s, struct dx_err *err);
+void dx_stream_stop(struct dx_stream *s);
+
+/* How many have subscribed; a replay that waits for some starts when there are enough. Any thread.
+ */
+void dx_stream_subscribers(void *stream, uint32_t n);
+
+struct dx_feed *dx_stream_feed(struct dx_stream *s);
+struct dx_counters *dx_stream_counters(struct dx_stream *s);
+const struct dx_stream_config *dx_stream_config(const struct dx_stream *s);
+
+#endif

@@ -1,0 +1,185 @@
+/* Values from the command line. */
+#include "tools/args.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+int dx_arg_help(const char *text)
+{
+    fputs(text, stdout);
+    return DX_ARG_E_HELP;
+}
+
+int dx_arg_bad(const struct dx_arg *arg, const char *expected, ...)
+{
+    va_list ap;
+
+    fprintf(stderr, "%s: %s: found '%s', expected ", arg->command, arg->option, arg->text);
+    va_start(ap, expected);
+    vfprintf(stderr, expected, ap);
+    va_end(ap);
+    fputc('\n', stderr);
+    return -EINVAL;
+}
+
+/* A number up to `stop`; strtod alone would take " 1", "nan" and "0x1p3". */
+static bool number(double *out, const char **text, char stop, double min, double max)
+{
+    char *end;
+
+    if (!strchr("+-.0123456789", **text) || !**text || strpbrk(*text, "xXnN"))
+        return false;
+    *out = strtod(*text, &end);
+    if (end == *text || (*end && *end != stop) || !isfinite(*out) || *out < min || *out > max)
+        return false;
+    *text = end;
+    return true;
+}
+
+int dx_arg_double(double *out, const struct dx_arg *arg, double min, double max, const char *what)
+{
+    const char *p = arg->text;
+
+    if (!number(out, &p, '\0', min, max))
+        return dx_arg_bad(arg, "%s from %g to %g", what, min, max);
+    return 0;
+}
+
+int dx_arg_u64(uint64_t *out, const struct dx_arg *arg, uint64_t min, uint64_t max,
+               const char *what)
+{
+    char *end;
+    unsigned long long v;
+
+    errno = 0;
+    v = strtoull(arg->text, &end, 10);
+    if (arg->text[0] < '0' || arg->text[0] > '9' || *end || errno || v < min || v > max)
+        return dx_arg_bad(arg, "%s from %llu to %llu", what, (unsigned long long)min,
+                          (unsigned long long)max);
+    *out = v;
+    return 0;
+}
+
+static const char *side(uint32_t *out, const char *p)
+{
+    uint32_t v = 0;
+    const char *start = p;
+
+    for (; *p >= '0' && *p <= '9' && v <= DX_PLANE_MAX_SIDE; p++)
+        v = 10 * v + (uint32_t)(*p - '0');
+    *out = v;
+    return p == start || v < 1 || v > DX_PLANE_MAX_SIDE ? NULL : p;
+}
+
+int dx_arg_size(uint32_t *width, uint32_t *height, const struct dx_arg *arg)
+{
+    const char *p = side(width, arg->text);
+
+    if (p && *p == 'x')
+        p = side(height, p + 1);
+    else
+        p = NULL;
+    if (!p || *p)
+        return dx_arg_bad(arg, "WIDTHxHEIGHT, each from 1 to %u", DX_PLANE_MAX_SIDE);
+    return 0;
+}
+
+int dx_arg_triple(double out[3], const struct dx_arg *arg, double min, double max, const char *what)
+{
+    const char *p = arg->text;
+    int n = 0;
+
+    out[0] = out[1] = out[2] = 0;
+    while (n < 3 && number(&out[n], &p, ',', min, max)) {
+        n++;
+        if (!*p)
+            return n;
+        p++;
+    }
+    return dx_arg_bad(arg, "one to three %s from %g to %g with commas between", what, min, max);
+}
+
+int dx_arg_choice(const struct dx_arg *arg, const char *const *choices)
+{
+    char list[256] = "";
+
+    for (int k = 0; choices[k]; k++) {
+        size_t len = strlen(list);
+
+        if (strcmp(arg->text, choices[k]) == 0)
+            return k;
+        snprintf(list + len, sizeof(list) - len, "%s%s", k ? "|" : "", choices[k]);
+    }
+    return dx_arg_bad(arg, "%s", list);
+}
+
+const char *dx_arg_operand(int argc, char **argv, const char *what)
+{
+    if (optind == argc - 1)
+        return argv[optind];
+    if (optind >= argc)
+        fprintf(stderr, "%s: found no argument, expected %s\n", argv[0], what);
+    else
+        fprintf(stderr, "%s: found '%s' after '%s', expected %s alone\n", argv[0], argv[optind + 1],
+                argv[optind], what);
+    return NULL;
+}
+
+void dx_terrain_args_default(struct dx_terrain_args *a)
+{
+    *a = (struct dx_terrain_args){.fit = {.unit_m = 0, .seam = -1}};
+    dx_terrain_params_default(&a->params);
+}
+
+int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt, const char *text)
+{
+    static const char *const diags[] = {[DX_DIAG_FIXED] = "fixed", [DX_DIAG_SHORT] = "short", NULL};
+    static const char *const seams[] = {"auto", "off", "on", NULL};
+    int k;
+
+    switch (opt) {
+    case DX_OPTION_SIGMA:
+        a->params.sigma_given = true;
+        k = dx_arg_triple(a->params.sigma, &(struct dx_arg){command, "--sigma", text}, 0, 1e3,
+                          "numbers");
+        return k < 0 ? k : 0;
+    case DX_OPTION_TILT:
+        return dx_arg_double(&a->params.tilt_deg, &(struct dx_arg){command, "--tilt", text}, 0, 89,
+                             "degrees");
+    case DX_OPTION_CAP:
+        return dx_arg_double(&a->params.cap_m, &(struct dx_arg){command, "--cap", text}, 0, 1e6,
+                             "metres");
+    case DX_OPTION_DIAG:
+        k = dx_arg_choice(&(struct dx_arg){command, "--diag", text}, diags);
+        a->params.diag = k < 0 ? DX_DIAG_SHORT : (enum dx_diag)k;
+        return k < 0 ? k : 0;
+    case DX_OPTION_SEAM:
+        k = dx_arg_choice(&(struct dx_arg){command, "--seam", text}, seams);
+        a->fit.seam = k - 1;
+        return k < 0 ? k : 0;
+    case DX_OPTION_UNIT:
+        return dx_arg_double(&a->fit.unit_m, &(struct dx_arg){command, "--unit", text}, 1e-6, 1e3,
+                             "metres");
+    case DX_OPTION_PAPER:
+        a->params.paper = true;
+        return 0;
+    default:
+        return -EINVAL; /* getopt has said what it did not know */
+    }
+}
+
+int dx_terrain_args_check(const struct dx_terrain_args *a, const char *command)
+{
+    const char *wrong = a->params.paper && a->params.cap_m <= 0
+                            ? "--paper needs --cap"
+                            : dx_terrain_params_check(&a->params);
+
+    if (!wrong)
+        return 0;
+    fprintf(stderr, "%s: %s\n", command, wrong);
+    return -EINVAL;
+}

@@ -1,0 +1,91 @@
+/*
+ * Command line arguments: values without trailing garbage, and the terrain options that several
+ * commands share. What is wrong goes to standard error in one form: "dexel mesh: --tilt: found
+ * 'abc', expected degrees from 0 to 89"; the command then returns 2.
+ */
+#ifndef DX_ARGS_H
+#define DX_ARGS_H
+
+#include "core/grid/fit.h"
+#include "core/grid/terrain.h"
+
+#include <getopt.h>
+#include <stdint.h>
+
+/* Positive result: the help was asked for and printed; exit status 0. */
+#define DX_ARG_E_HELP 1
+int dx_arg_help(const char *text);
+
+/* Where a value stands, for the message. */
+struct dx_arg {
+    const char *command; /* "dexel mesh" */
+    const char *option;  /* "--tilt" */
+    const char *text;
+};
+
+/* Says "COMMAND: OPTION: found 'TEXT', expected ...", returns -EINVAL. */
+__attribute__((format(printf, 2, 3))) int dx_arg_bad(const struct dx_arg *arg, const char *expected,
+                                                     ...);
+
+/* 0, or -EINVAL having said why. `what` names the value in the message ("degrees"). */
+int dx_arg_double(double *out, const struct dx_arg *arg, double min, double max, const char *what);
+int dx_arg_u64(uint64_t *out, const struct dx_arg *arg, uint64_t min, uint64_t max,
+               const char *what);
+/* "WxH", columns x rows, each 1..DX_PLANE_MAX_SIDE. */
+int dx_arg_size(uint32_t *width, uint32_t *height, const struct dx_arg *arg);
+/* One to three numbers with commas; those not given are 0. Returns how many, or -EINVAL. */
+int dx_arg_triple(double out[3], const struct dx_arg *arg, double min, double max,
+                  const char *what);
+/* Index of the text in a NULL-terminated list, or -EINVAL. */
+int dx_arg_choice(const struct dx_arg *arg, const char *const *choices);
+
+/* Exactly one argument that is no option: its text; NULL having said why. `what`: "a scan". */
+const char *dx_arg_operand(int argc, char **argv, const char *what);
+
+/* ---- terrain options: mesh, render, bench
+ * ---------------------------------------------------------- */
+
+struct dx_terrain_args {
+    struct dx_terrain_params params;
+    struct dx_fit_options fit;
+};
+
+enum dx_terrain_option { /* values in struct option, away from characters and the commands' own */
+                         DX_OPTION_SIGMA = 0x1000,
+                         DX_OPTION_TILT,
+                         DX_OPTION_CAP,
+                         DX_OPTION_DIAG,
+                         DX_OPTION_SEAM,
+                         DX_OPTION_UNIT,
+                         DX_OPTION_PAPER,
+};
+
+/* Entries for the command's struct option table. */
+#define DX_TERRAIN_OPTIONS                                                                         \
+    {"sigma", required_argument, NULL, DX_OPTION_SIGMA},                                           \
+        {"tilt", required_argument, NULL, DX_OPTION_TILT},                                         \
+        {"cap", required_argument, NULL, DX_OPTION_CAP},                                           \
+        {"diag", required_argument, NULL, DX_OPTION_DIAG},                                         \
+        {"seam", required_argument, NULL, DX_OPTION_SEAM},                                         \
+        {"unit", required_argument, NULL, DX_OPTION_UNIT},                                         \
+    {                                                                                              \
+        "paper", no_argument, NULL, DX_OPTION_PAPER                                                \
+    }
+
+#define DX_TERRAIN_HELP                                                                            \
+    "terrain mode:\n"                                                                              \
+    "  --sigma S0[,S1[,S2]]  noise of a range r: S0 + S1 r + S2 r^2, metres (estimated)\n"         \
+    "  --tilt DEG            steepest incidence that is still surface (78.69)\n"                   \
+    "  --cap M               longest edge, metres (none)\n"                                        \
+    "  --diag fixed|short    diagonal of a cell (short)\n"                                         \
+    "  --seam auto|on|off    does column 0 follow the last one (auto)\n"                           \
+    "  --unit M              range unit, metres (finest that holds the range in 16 bits)\n"        \
+    "  --paper               length <= --cap and nothing else\n"
+
+void dx_terrain_args_default(struct dx_terrain_args *a);
+/* `opt` is what getopt_long returned. 0; -EINVAL having said why. */
+int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt, const char *text);
+/* After the last option: do they fit together? 0; -EINVAL having said why. */
+int dx_terrain_args_check(const struct dx_terrain_args *a, const char *command);
+
+#endif

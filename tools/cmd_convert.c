@@ -1,0 +1,172 @@
+/* dexel convert: recordings, through the file driver, to scan files. */
+#include "drivers/file/file.h"
+#include "tools/args.h"
+#include "tools/cmd.h"
+#include "tools/out_frames.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char help[] =
+    "usage: dexel convert IN OUT [OPTIONS]\n"
+    "Converts a scan file, or a directory or glob of files, by way of the dexel array.\n\n"
+    "  OUT                 a .ptx or .pcd file, or a directory for frame-NNNNNN files\n"
+    "  --format ptx|pcd    of the files in a directory (ptx)\n"
+    "  --unit M            range unit, metres (finest that holds the range in 16 bits)\n";
+
+enum { OPT_FORMAT = 256, OPT_UNIT, OPT_HELP };
+
+static const struct option options[] = {
+    {"format", required_argument, NULL, OPT_FORMAT},
+    {"unit", required_argument, NULL, OPT_UNIT},
+    {"help", no_argument, NULL, OPT_HELP},
+    {0},
+};
+
+struct args {
+    const char *in, *out;
+    enum dx_frame_format format;
+    double unit_m; /* 0: from the data */
+};
+
+/* Takes frames from the driver and hands them on to the writer. */
+struct sink {
+    struct dx_geometry *g;
+    struct dx_plane plane;
+    struct dx_out_frames *out;
+    struct dx_err *err;
+    int failed; /* what writing returned: deliver cannot */
+};
+
+static int sink_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
+{
+    struct sink *s = ctx;
+    int r;
+
+    dx_plane_fini(&s->plane);
+    r = dx_plane_init(&s->plane, g->height, g->width, g->range_bytes, attr_bytes);
+    if (r < 0)
+        return dx_err_set(s->err, r, "%ux%u: %s", g->width, g->height, strerror(-r));
+    dx_geometry_unref(s->g);
+    s->g = dx_geometry_ref(g);
+    return 0;
+}
+
+static struct dx_plane *sink_plane(void *ctx, uint64_t number)
+{
+    struct sink *s = ctx;
+    size_t n = dx_plane_n_dexels(&s->plane);
+
+    (void)number; /* files come in whole frames */
+    memset(s->plane.range, 0, n * s->plane.range_bytes);
+    if (s->plane.attr)
+        memset(s->plane.attr, 0, n * s->plane.attr_bytes);
+    return &s->plane;
+}
+
+static void sink_deliver(void *ctx, const struct dx_frame_part *part)
+{
+    struct sink *s = ctx;
+
+    if (part->last && s->failed == 0)
+        s->failed = dx_out_frames_add(s->out, &s->plane, s->g, s->err);
+}
+
+/* Every frame; a damaged one ends it, since a sequence with holes is not what was asked for. */
+static int copy(struct dx_device *dev, struct sink *s)
+{
+    const struct dx_frame_sink sink = {s, sink_geometry, sink_plane, sink_deliver};
+    struct dx_block block;
+    int r = 0;
+
+    while (r == 0) {
+        r = dx_file_driver.read(dev, &block, s->err);
+        if (r == DX_DRIVER_E_EOF)
+            return 0;
+        if (r == 0)
+            r = dx_file_driver.decode(dev, &block, &sink, s->err);
+        if (r == 0)
+            r = s->failed;
+    }
+    return r < 0 ? r : -EBADMSG;
+}
+
+static int run(const struct args *a, struct dx_err *err)
+{
+    const struct dx_file_config config = {
+        .path = a->in, .attr_bytes = -1, .fit = {.unit_m = a->unit_m, .seam = -1}};
+    struct dx_out_frames out;
+    struct sink s = {.out = &out, .err = err};
+    struct dx_device *dev;
+    int r = dx_file_driver.open(&dev, &config, err);
+
+    if (r < 0)
+        return r;
+    r = dx_file_driver.start(dev, err);
+    if (r == 0)
+        r = dx_out_frames_open(&out, a->out, a->format, err);
+    if (r == 0) {
+        r = copy(dev, &s);
+        if (r == 0)
+            r = dx_out_frames_commit(&out, err);
+        else
+            dx_out_frames_abort(&out);
+        dx_file_driver.stop(dev);
+    }
+    dx_file_driver.close(dev);
+    dx_plane_fini(&s.plane);
+    dx_geometry_unref(s.g);
+    return r;
+}
+
+static int set_option(struct args *a, int opt, const char *text)
+{
+    int k;
+
+    switch (opt) {
+    case OPT_FORMAT:
+        k = dx_arg_choice(&(struct dx_arg){"dexel convert", "--format", text}, dx_frame_formats);
+        a->format = k < 0 ? DX_FRAME_PTX : (enum dx_frame_format)k;
+        return k;
+    case OPT_UNIT:
+        return dx_arg_double(&a->unit_m, &(struct dx_arg){"dexel convert", "--unit", text}, 1e-6, 1,
+                             "metres");
+    default:
+        return -EINVAL; /* getopt has said what it did not know */
+    }
+}
+
+static int parse(struct args *a, int argc, char **argv)
+{
+    int opt;
+
+    *a = (struct args){.format = DX_FRAME_PTX};
+    while ((opt = getopt_long(argc, argv, "", options, NULL)) != -1) {
+        if (opt == OPT_HELP)
+            return dx_arg_help(help);
+        if (set_option(a, opt, optarg) < 0)
+            return -EINVAL;
+    }
+    if (argc - optind != 2) {
+        fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n", argc - optind);
+        return -EINVAL;
+    }
+    a->in = argv[optind];
+    a->out = argv[optind + 1];
+    return 0;
+}
+
+int cmd_convert(int argc, char **argv)
+{
+    struct dx_err err = {""};
+    struct args a;
+    int r = parse(&a, argc, argv);
+
+    if (r != 0)
+        return r == DX_ARG_E_HELP ? 0 : 2;
+    r = run(&a, &err);
+    if (r < 0)
+        fprintf(stderr, "dexel convert: %s\n", err.text[0] ? err.text : strerror(-r));
+    return r < 0 ? 1 : 0;
+}

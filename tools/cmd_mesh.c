@@ -1,0 +1,201 @@
+/* dexel mesh: a scan file to a mesh file, without the service. */
+#include "core/wire/wire.h"
+#include "tools/clock.h"
+#include "tools/cmd.h"
+#include "tools/offline.h"
+#include "tools/out_mesh.h"
+#include "tools/stats_json.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char help[] =
+    "usage: dexel mesh IN -o OUT.{ply,obj,stl} [OPTIONS]\n"
+    "Meshes a scan file (or a frame of a directory or glob of files).\n\n"
+    "  -o OUT              the mesh; may be left out with --stats\n"
+    "  --mode terrain      how (terrain)\n"
+    "  --frame N           which frame of a sequence, from 0 (the last)\n"
+    "  --threads N         for the tiles (one a processor)\n"
+    "  --world             vertices in the world's frame, by the scan's pose\n"
+    "  --ascii             PLY as text\n"
+    "  --encoding f32|q16  pass the tiles through an encoding of the protocol\n"
+    "  --stats             one JSON object on standard output\n\n" DX_TERRAIN_HELP;
+
+enum {
+    OPT_MODE = 256,
+    OPT_FRAME,
+    OPT_THREADS,
+    OPT_WORLD,
+    OPT_ASCII,
+    OPT_ENCODING,
+    OPT_STATS,
+    OPT_HELP
+};
+
+static const struct option options[] = {
+    {"mode", required_argument, NULL, OPT_MODE},
+    {"frame", required_argument, NULL, OPT_FRAME},
+    {"threads", required_argument, NULL, OPT_THREADS},
+    {"world", no_argument, NULL, OPT_WORLD},
+    {"ascii", no_argument, NULL, OPT_ASCII},
+    {"encoding", required_argument, NULL, OPT_ENCODING},
+    {"stats", no_argument, NULL, OPT_STATS},
+    {"help", no_argument, NULL, OPT_HELP},
+    DX_TERRAIN_OPTIONS,
+    {0},
+};
+
+struct args {
+    struct dx_offline_config config;
+    struct dx_out_options write;
+    const char *out;
+    bool stats;
+};
+
+static int set_value(struct args *a, int opt, const char *text)
+{
+    static const char *const modes[] = {"terrain", NULL};
+    static const char *const encodings[] = {
+        [DX_ENCODING_F32] = "f32", [DX_ENCODING_Q16] = "q16", NULL};
+    uint64_t n = 0;
+    int rc;
+
+    switch (opt) {
+    case OPT_MODE:
+        return dx_arg_choice(&(struct dx_arg){"dexel mesh", "--mode", text}, modes);
+    case OPT_FRAME:
+        return dx_arg_u64(&a->config.frame, &(struct dx_arg){"dexel mesh", "--frame", text}, 0,
+                          1000000000, "a frame's number");
+    case OPT_THREADS:
+        rc = dx_arg_u64(&n, &(struct dx_arg){"dexel mesh", "--threads", text}, 1, 64, "threads");
+        a->config.n_threads = (unsigned)n;
+        return rc;
+    case OPT_ENCODING:
+        a->config.encoding =
+            dx_arg_choice(&(struct dx_arg){"dexel mesh", "--encoding", text}, encodings);
+        return a->config.encoding < 0 ? -EINVAL : 0;
+    default:
+        return dx_terrain_args_set(&a->config.terrain, "dexel mesh", opt, text);
+    }
+}
+
+static int set_option(struct args *a, int opt, const char *text)
+{
+    switch (opt) {
+    case 'o':
+        a->out = text;
+        return 0;
+    case OPT_WORLD:
+        a->write.world = true;
+        return 0;
+    case OPT_ASCII:
+        a->write.ascii = true;
+        return 0;
+    case OPT_STATS:
+        a->stats = true;
+        return 0;
+    default:
+        return set_value(a, opt, text);
+    }
+}
+
+static int check(const struct args *a)
+{
+    struct dx_err err;
+
+    if (dx_terrain_args_check(&a->config.terrain, "dexel mesh") < 0)
+        return -EINVAL;
+    if (!a->out && !a->stats) {
+        fprintf(stderr, "dexel mesh: found neither -o nor --stats, expected one of them\n");
+        return -EINVAL;
+    }
+    if (a->out && !dx_mesh_writer_for(a->out, &err)) {
+        fprintf(stderr, "dexel mesh: %s\n", err.text);
+        return -EINVAL;
+    }
+    return 0;
+}
+
+static int parse(struct args *a, int argc, char **argv)
+{
+    int opt;
+
+    *a = (struct args){.config = {.frame = DX_OFFLINE_LAST, .encoding = DX_OFFLINE_PLAIN}};
+    dx_terrain_args_default(&a->config.terrain);
+    while ((opt = getopt_long(argc, argv, "o:", options, NULL)) != -1) {
+        if (opt == OPT_HELP)
+            return dx_arg_help(help);
+        if (set_option(a, opt, optarg) < 0)
+            return -EINVAL;
+    }
+    a->config.path = dx_arg_operand(argc, argv, "a scan");
+    return a->config.path ? check(a) : -EINVAL;
+}
+
+static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, double seconds)
+{
+    double n_dexels = (double)o->geometry->height * o->geometry->width;
+    struct dx_mesh_stats stats;
+    json_t *j;
+    int rc = dx_mesh_stats_compute(&stats, mesh);
+
+    if (rc < 0) {
+        fprintf(stderr, "dexel mesh: out of memory\n");
+        return rc;
+    }
+    j = dx_stats_json(&stats);
+    json_object_set_new(j, "seconds", json_real(seconds));
+    json_object_set_new(j, "geometry", json_string(dx_model_name(o->geometry->model)));
+    json_object_set_new(j, "width", json_integer(o->geometry->width));
+    json_object_set_new(j, "height", json_integer(o->geometry->height));
+    json_object_set_new(j, "wrap", json_boolean(o->geometry->wrap));
+    json_object_set_new(j, "unit", json_real((double)o->geometry->unit_m));
+    json_object_set_new(j, "sigma", dx_sigma_json(o->params.sigma));
+    json_object_set_new(j, "rms_dexel", json_real(o->fit.rms_dexel));
+    json_object_set_new(j, "valid", json_real(o->fit.valid));
+    json_object_set_new(j, "frame", json_integer((json_int_t)o->frame));
+    json_object_set_new(j, "ns_per_dexel", json_real(o->mesh_s * 1e9 / n_dexels));
+    return dx_json_print(j, "dexel mesh");
+}
+
+/* Seconds go to the mesh: reading to welding, without writing it and counting it. */
+static int run(const struct args *a)
+{
+    struct dx_out_options write = a->write;
+    struct dx_offline o;
+    struct dx_mesh mesh;
+    struct dx_err err;
+    uint64_t start = dx_now_ns();
+    double seconds;
+    int rc = dx_offline_run(&o, &a->config, &err);
+
+    if (rc < 0) {
+        fprintf(stderr, "dexel mesh: %s\n", err.text);
+        return rc;
+    }
+    memcpy(write.pose, o.geometry->pose, sizeof(write.pose));
+    rc = dx_mesh_store_weld(&mesh, o.mesh);
+    seconds = dx_seconds_since(start);
+    if (rc < 0)
+        dx_err_set(&err, rc, "%s: the mesh: %s", a->config.path, strerror(-rc));
+    else if (a->out)
+        rc = dx_out_mesh(a->out, &mesh, &write, &err);
+    if (rc < 0)
+        fprintf(stderr, "dexel mesh: %s\n", err.text);
+    else if (a->stats)
+        rc = print_stats(&o, &mesh, seconds);
+    dx_mesh_fini(&mesh);
+    dx_offline_fini(&o);
+    return rc;
+}
+
+int cmd_mesh(int argc, char **argv)
+{
+    struct args a;
+    int rc = parse(&a, argc, argv);
+
+    if (rc != 0)
+        return rc == DX_ARG_E_HELP ? 0 : 2;
+    return run(&a) < 0 ? 1 : 0;
+}

@@ -1,0 +1,141 @@
+/* Connect, ask, read a line. */
+#include "tools/control_client.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#define MAX_REPLY  (4u << 20)
+#define TIMEOUT_MS 5000
+
+static int too_long(struct dx_err *err, const char *path)
+{
+    return dx_err_set(err, -ENAMETOOLONG,
+                      "%s: found a socket path of %zu bytes, expected at most 107", path,
+                      strlen(path));
+}
+
+int dx_control_path(char out[108], const char *given, struct dx_err *err)
+{
+    const char *path = given ? given : getenv("DEXELD_CONTROL");
+    char beside[128];
+
+    if (!path || !*path)
+        path = "/run/dexeld/control.sock";
+    if (strlen(path) > 107)
+        return too_long(err, path);
+    snprintf(beside, sizeof(beside), "%s.control", path);
+    if (given && access(beside, F_OK) == 0)
+        path = beside;
+    if (strlen(path) > 107)
+        return too_long(err, path);
+    strcpy(out, path);
+    return 0;
+}
+
+static int connect_to(const char *path)
+{
+    struct sockaddr_un addr = {.sun_family = AF_UNIX};
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0), rc;
+
+    if (fd < 0)
+        return -errno;
+    memcpy(addr.sun_path, path, strnlen(path, sizeof(addr.sun_path) - 1));
+    if (connect(fd, (struct sockaddr *)&addr, sizeof(addr)) == 0)
+        return fd;
+    rc = -errno;
+    close(fd);
+    return rc;
+}
+
+static int send_line(int fd, const char *request)
+{
+    char *line;
+    int len = asprintf(&line, "%s\n", request), sent = 0;
+
+    if (len < 0)
+        return -ENOMEM;
+    while (sent < len) {
+        ssize_t n = send(fd, line + sent, (size_t)(len - sent), MSG_NOSIGNAL);
+
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0)
+            break;
+        sent += (int)n;
+    }
+    free(line);
+    return sent == len ? 0 : -errno;
+}
+
+/* Up to `room` bytes more, waiting for them. */
+static ssize_t receive(int fd, char *to, size_t room)
+{
+    struct pollfd p = {.fd = fd, .events = POLLIN};
+    ssize_t n;
+    int rc;
+
+    do {
+        rc = poll(&p, 1, TIMEOUT_MS);
+    } while (rc < 0 && errno == EINTR);
+    if (rc == 0)
+        return -ETIMEDOUT;
+    n = rc < 0 ? -1 : read(fd, to, room);
+    if (n < 0)
+        return -errno;
+    return n == 0 ? -ECONNRESET : n;
+}
+
+static int read_line(char **reply, int fd)
+{
+    size_t len = 0, cap = 16384;
+    char *line = malloc(cap), *end = NULL;
+    ssize_t n = line ? 0 : -ENOMEM;
+
+    while (n >= 0 && !end) {
+        if (len == cap && cap < MAX_REPLY) {
+            char *more = realloc(line, 2 * cap);
+
+            if (!more) {
+                n = -ENOMEM;
+                break;
+            }
+            line = more;
+            cap *= 2;
+        }
+        n = len == cap ? -EMSGSIZE : receive(fd, line + len, cap - len);
+        if (n > 0) {
+            end = memchr(line + len, '\n', (size_t)n);
+            len += (size_t)n;
+        }
+    }
+    if (n < 0) {
+        free(line);
+        return (int)n;
+    }
+    *end = '\0';
+    *reply = line;
+    return 0;
+}
+
+int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err)
+{
+    int fd = connect_to(path), rc = fd;
+
+    if (fd >= 0) {
+        rc = send_line(fd, request);
+        if (rc == 0)
+            rc = read_line(reply, fd);
+        close(fd);
+    }
+    if (rc < 0)
+        return dx_err_set(err, rc, "%s: %s", path,
+                          rc == -ECONNREFUSED || rc == -ENOENT ? "no dexeld answers here"
+                                                               : strerror(-rc));
+    return 0;
+}

@@ -1,0 +1,21 @@
+/*
+ * One question to a running dexeld on its control socket: a JSON object on a line each way. Owned
+ * by one thread.
+ */
+#ifndef DX_CONTROL_CLIENT_H
+#define DX_CONTROL_CLIENT_H
+
+#include "core/base/err.h"
+
+/*
+ * The path to ask at, in `out`: `given` itself; "given.control" where that exists (then `given` is
+ * a mesh socket); without `given` $DEXELD_CONTROL, else /run/dexeld/control.sock. -ENAMETOOLONG.
+ */
+int dx_control_path(char out[108], const char *given, struct dx_err *err);
+
+/* Sends `request` and a newline, reads one line: malloc'ed, without its newline. Waits five seconds
+ * at most. Errors: -errno, -ETIMEDOUT, -EMSGSIZE (a line above 4 MB), -ECONNRESET (no whole line).
+ */
+int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err);
+
+#endif

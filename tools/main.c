@@ -1,0 +1,68 @@
+/* dexel: one program, a subcommand for each job. */
+#include "tools/cmd.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+static const struct {
+    const char *name;
+    char *full_name; /* the command's argv[0], so that getopt's messages begin with it */
+    int (*run)(int argc, char **argv);
+    const char *help;
+} commands[] = {
+    {"cat", "dexel cat", cmd_cat, "receive the mesh of a stream; write it to a file"},
+    {"status", "dexel status", cmd_status, "show the streams and clients of a running dexeld"},
+    {"mesh", "dexel mesh", cmd_mesh, "mesh a scan file without the service"},
+    {"convert", "dexel convert", cmd_convert, "convert a scan to another format"},
+    {"sim", "dexel sim", cmd_sim, "simulate a scan of an analytic scene"},
+    {"render", "dexel render", cmd_render, "draw a scan or a mesh as a PNG"},
+    {"bench", "dexel bench", cmd_bench, "measure this machine"},
+};
+
+#define N_COMMANDS (sizeof(commands) / sizeof(commands[0]))
+
+static void usage(FILE *f)
+{
+    fputs("usage: dexel COMMAND [OPTIONS]\n\n", f);
+    for (size_t k = 0; k < N_COMMANDS; k++)
+        fprintf(f, "  %-9s %s\n", commands[k].name, commands[k].help);
+    fputs("\n`dexel help COMMAND` tells the options of a command.\n", f);
+}
+
+static int run(const char *name, int argc, char **argv)
+{
+    for (size_t k = 0; k < N_COMMANDS; k++)
+        if (strcmp(name, commands[k].name) == 0) {
+            argv[0] = commands[k].full_name;
+            return commands[k].run(argc, argv);
+        }
+    fprintf(stderr, "dexel: found command '%s', expected one of:", name);
+    for (size_t k = 0; k < N_COMMANDS; k++)
+        fprintf(stderr, " %s", commands[k].name);
+    fputc('\n', stderr);
+    return 2;
+}
+
+int main(int argc, char **argv)
+{
+    const char *name = argc > 1 ? argv[1] : "";
+
+    /* A file that outgrows its limit is an error of write(), told like a full disk. */
+    signal(SIGXFSZ, SIG_IGN);
+    if (strcmp(name, "--version") == 0) {
+        puts("dexel " DEXELD_VERSION);
+        return 0;
+    }
+    if (strcmp(name, "help") == 0 && argc > 2)
+        return run(argv[2], 2, (char *[]){argv[2], "--help", NULL});
+    if (strcmp(name, "--help") == 0 || strcmp(name, "help") == 0) {
+        usage(stdout);
+        return 0;
+    }
+    if (argc < 2) {
+        usage(stderr);
+        return 2;
+    }
+    return run(name, argc - 1, argv + 1);
+}

@@ -1,0 +1,233 @@
+/* A frame sink in memory, and the loop that feeds it. */
+#include "tools/offline.h"
+
+#include "core/wire/chunk.h"
+#include "drivers/file/file.h"
+#include "tools/clock.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What the sink holds while frames come. */
+struct sink {
+    const struct dx_terrain_params *params;
+    struct dx_terrain *terrain;
+    struct dx_plane plane; /* of the told geometry */
+    uint64_t number;       /* of the frame in `plane` */
+    bool filling;
+    uint64_t n_frames; /* whole ones published */
+};
+
+static int on_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
+{
+    struct sink *s = ctx;
+    int rc;
+
+    dx_terrain_free(s->terrain);
+    s->terrain = NULL;
+    dx_plane_fini(&s->plane);
+    s->plane = (struct dx_plane){0};
+    s->filling = false;
+    rc = dx_terrain_new(&s->terrain, g, s->params, attr_bytes);
+    if (rc < 0)
+        return rc;
+    return dx_plane_init(&s->plane, g->height, g->width, g->range_bytes, attr_bytes);
+}
+
+static struct dx_plane *on_plane(void *ctx, uint64_t number)
+{
+    struct sink *s = ctx;
+    size_t n = dx_plane_n_dexels(&s->plane);
+
+    if (!s->terrain)
+        return NULL;
+    if (!s->filling || number != s->number) {
+        memset(s->plane.range, 0, n * s->plane.range_bytes);
+        if (s->plane.attr)
+            memset(s->plane.attr, 0, n * s->plane.attr_bytes);
+        s->number = number;
+        s->filling = true;
+    }
+    return &s->plane;
+}
+
+/* Every frame is published: the first one settles the noise, as in the service. */
+static void on_deliver(void *ctx, const struct dx_frame_part *part)
+{
+    struct sink *s = ctx;
+
+    if (!part->last)
+        return;
+    dx_terrain_publish(s->terrain, &s->plane, 0, s->plane.width);
+    s->filling = false;
+    s->n_frames++;
+}
+
+static void sink_fini(struct sink *s)
+{
+    dx_terrain_free(s->terrain);
+    dx_plane_fini(&s->plane);
+}
+
+/* ---- frames
+ * --------------------------------------------------------------------------------------- */
+
+/* One block. 0; DX_DRIVER_E_EOF; negative. */
+static int step(struct dx_device *dev, const struct dx_frame_sink *sink, struct dx_err *err)
+{
+    struct dx_block block;
+    int rc = dx_file_driver.read(dev, &block, err);
+
+    if (rc == DX_DRIVER_E_AGAIN)
+        return 0;
+    if (rc == DX_DRIVER_E_GONE)
+        return -EIO; /* err tells */
+    if (rc != 0)
+        return rc;
+    rc = dx_file_driver.decode(dev, &block, sink, err);
+    if (rc == DX_DRIVER_E_CORRUPT)
+        return -EBADMSG; /* err tells */
+    return rc > 0 ? dx_err_set(err, -EPROTO, "%s: a frame before its geometry", block.source) : rc;
+}
+
+static int read_frames(struct sink *s, struct dx_device *dev, const struct dx_offline_config *c,
+                       struct dx_err *err)
+{
+    const struct dx_frame_sink sink = {s, on_geometry, on_plane, on_deliver};
+    int rc = dx_file_driver.start(dev, err);
+
+    while (rc == 0 && (c->frame == DX_OFFLINE_LAST || s->n_frames <= c->frame))
+        rc = step(dev, &sink, err);
+    dx_file_driver.stop(dev);
+    if (rc < 0)
+        return rc;
+    if (!s->n_frames)
+        return dx_err_set(err, -ENODATA, "%s: found no frame", c->path);
+    if (c->frame != DX_OFFLINE_LAST && s->n_frames <= c->frame)
+        return dx_err_set(err, -ENODATA, "%s: found %llu frames, expected one of number %llu",
+                          c->path, (unsigned long long)s->n_frames, (unsigned long long)c->frame);
+    return 0;
+}
+
+static int decode_file(struct sink *s, struct dx_offline *o, const struct dx_offline_config *c,
+                       struct dx_err *err)
+{
+    const struct dx_file_config config = {
+        .path = c->path, .rate = 0, .attr_bytes = -1, .fit = c->terrain.fit};
+    const struct dx_fit_report *report;
+    struct dx_device *dev;
+    int rc = dx_file_driver.open(&dev, &config, err);
+
+    if (rc < 0)
+        return rc;
+    rc = read_frames(s, dev, c, err);
+    report = dx_file_fit_report(dev);
+    if (report)
+        o->fit = *report;
+    dx_file_driver.close(dev);
+    return rc;
+}
+
+/* ---- tiles
+ * ---------------------------------------------------------------------------------------- */
+
+struct scratch {
+    struct dx_tile tile;
+    struct dx_tile_mesh mesh;
+    uint8_t *body; /* a chunk of any encoding */
+};
+
+/* The tile's mesh, by way of its chunk when an encoding is asked for. */
+static int build_tile(struct scratch *x, const struct dx_terrain *t, int encoding)
+{
+    const struct dx_tiling *tiling = dx_terrain_tiling(t);
+    const struct dx_geometry *g = dx_terrain_geometry(t);
+    size_t len;
+
+    if (encoding != DX_ENCODING_Q16)
+        dx_tile_mesh_build(&x->mesh, &x->tile, tiling, g);
+    if (encoding == DX_OFFLINE_PLAIN)
+        return 0;
+    len = encoding == DX_ENCODING_Q16 ? dx_chunk_put_q16(x->body, &x->tile)
+                                      : dx_chunk_put_f32(x->body, &x->mesh);
+    return dx_chunk_get(&x->mesh, x->body, len, tiling, g);
+}
+
+static int store_tiles(struct dx_offline *o, const struct dx_terrain *t, int encoding)
+{
+    struct scratch *x = malloc(sizeof(*x));
+    int rc = 0;
+
+    if (!x)
+        return -ENOMEM;
+    x->body = malloc(dx_chunk_max_len(encoding < 0 ? DX_ENCODING_F32 : (enum dx_encoding)encoding));
+    if (!x->body)
+        rc = -ENOMEM;
+    for (uint32_t n = 0; rc == 0 && n < dx_tiling_n_tiles(dx_terrain_tiling(t)); n++) {
+        if (!dx_terrain_tile(t, n, &x->tile))
+            continue;
+        rc = build_tile(x, t, encoding);
+        if (rc == 0)
+            rc = dx_mesh_store_set_mesh(o->mesh, &x->mesh);
+    }
+    dx_mesh_store_commit(o->mesh);
+    free(x->body);
+    free(x);
+    return rc;
+}
+
+static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct dx_offline_config *c,
+                      struct dx_err *err)
+{
+    const struct dx_plane *plane = dx_terrain_published(s->terrain);
+    struct dx_pool *pool;
+    uint64_t start;
+    int rc;
+
+    o->geometry = dx_geometry_ref((struct dx_geometry *)dx_terrain_geometry(s->terrain));
+    o->attr_bytes = plane->attr_bytes;
+    o->frame = s->n_frames - 1;
+    if (c->encoding == DX_ENCODING_Q16 && plane->range_bytes != 2)
+        return dx_err_set(err, -EINVAL,
+                          "%s: q16 needs ranges of 16 bits, found 32; a coarser unit helps",
+                          c->path);
+    rc = dx_pool_new(&pool, c->n_threads);
+    if (rc < 0)
+        return dx_err_set(err, rc, "%u threads: %s", c->n_threads, strerror(-rc));
+    start = dx_now_ns();
+    dx_terrain_commit(s->terrain, pool);
+    o->mesh_s = dx_seconds_since(start);
+    o->params = *dx_terrain_params(s->terrain);
+    dx_pool_free(pool);
+    rc = dx_mesh_store_new(&o->mesh, plane->height, plane->width, o->geometry->wrap, o->attr_bytes);
+    if (rc == 0)
+        rc = store_tiles(o, s->terrain, c->encoding);
+    return rc < 0 ? dx_err_set(err, rc, "%s: the mesh: %s", c->path, strerror(-rc)) : 0;
+}
+
+int dx_offline_run(struct dx_offline *o, const struct dx_offline_config *config, struct dx_err *err)
+{
+    struct sink sink = {.params = &config->terrain.params};
+    int rc;
+
+    *o = (struct dx_offline){0};
+    *err = (struct dx_err){0};
+    rc = decode_file(&sink, o, config, err);
+    if (rc == 0)
+        rc = mesh_frame(o, &sink, config, err);
+    sink_fini(&sink);
+    if (rc < 0) {
+        dx_offline_fini(o);
+        if (!err->text[0])
+            dx_err_set(err, rc, "%s: %s", config->path, strerror(-rc));
+    }
+    return rc;
+}
+
+void dx_offline_fini(struct dx_offline *o)
+{
+    dx_mesh_store_free(o->mesh);
+    dx_geometry_unref(o->geometry);
+    *o = (struct dx_offline){0};
+}

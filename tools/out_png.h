@@ -1,0 +1,13 @@
+/* Writes an image as PNG; the file is whole or not there (out_file.h). */
+#ifndef DX_OUT_PNG_H
+#define DX_OUT_PNG_H
+
+#include "core/base/err.h"
+
+#include <stdint.h>
+
+/* rgb [height][width][3]. Errors: -errno with text. */
+int dx_out_png(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height,
+               struct dx_err *err);
+
+#endif
