@@ -109,7 +109,7 @@ static void range_colour(float rgb[3], float x)
     static const uint8_t map[9][3] = {{68, 1, 84},    {71, 44, 122},  {59, 81, 139},
                                       {44, 113, 142}, {33, 144, 141}, {39, 173, 129},
                                       {92, 200, 99},  {170, 220, 50}, {253, 231, 37}};
-    float at = clamp01(x) * 8;
+    float at = 0.6f + clamp01(x) * 7.4f; /* from where shading still shows */
     int k = at < 7 ? (int)at : 7;
 
     for (int c = 0; c < 3; c++)
