@@ -60,17 +60,24 @@ int dx_feed_new(struct dx_feed **out, uint32_t max_tiles, uint32_t n_epochs, uin
                 int wake_fd, void (*kick)(void *ctx), void *kick_ctx)
 {
     size_t spare = (size_t)(2 - attr_bytes) * DX_TILE_MAX_VERTICES; /* max_len counts two */
-    uint64_t n_tiles = (uint64_t)max_tiles * n_epochs, n_blocks = 0;
+    uint64_t n_tiles = (uint64_t)max_tiles * n_epochs;
+    uint32_t tile_blocks = 0;
+    int r;
 
     for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
         size_t len = dx_chunk_max_len((enum dx_encoding)e) - spare;
 
-        n_blocks += n_tiles * ((len + DX_FEED_BLOCK_LEN - 1) / DX_FEED_BLOCK_LEN);
+        tile_blocks += (uint32_t)((len + DX_FEED_BLOCK_LEN - 1) / DX_FEED_BLOCK_LEN);
     }
-    if (n_blocks >= DX_FEED_NONE || n_tiles * DX_N_ENCODINGS >= 1u << 30)
+    if (n_tiles * tile_blocks >= DX_FEED_NONE || n_tiles * DX_N_ENCODINGS >= 1u << 30)
         return -ENOMEM;
-    return dx_feed_new_sized(out, max_tiles, (uint32_t)n_blocks, (uint32_t)n_tiles * DX_N_ENCODINGS,
-                             N_EVENTS, wake_fd, kick, kick_ctx);
+    r = dx_feed_new_sized(out, max_tiles, (uint32_t)n_tiles * tile_blocks,
+                          (uint32_t)n_tiles * DX_N_ENCODINGS, N_EVENTS, wake_fd, kick, kick_ctx);
+    if (r < 0)
+        return r;
+    (*out)->tile_blocks = tile_blocks;
+    (*out)->n_epochs = n_epochs;
+    return 0;
 }
 
 void dx_feed_free(struct dx_feed *f)
@@ -250,6 +257,11 @@ static void fill_chunk(struct dx_feed *f, struct dx_feed_chunk *c, const uint8_t
     }
 }
 
+static bool has_room(const struct dx_feed *f, size_t n_blocks)
+{
+    return f->free_chunks.n > f->keep_chunks && f->free_blocks.n >= f->keep_blocks + n_blocks;
+}
+
 bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, const uint8_t *body,
                  size_t len)
 {
@@ -260,9 +272,9 @@ bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, co
     uint32_t number;
 
     assert(o->open && tile < f->max_tiles && encoding < DX_N_ENCODINGS);
-    if (f->free_chunks.n == 0 || f->free_blocks.n < n_blocks)
+    if (!has_room(f, n_blocks))
         reclaim(f);
-    if (f->free_chunks.n == 0 || f->free_blocks.n < n_blocks)
+    if (!has_room(f, n_blocks))
         return false;
     number = take_chunk(f);
     c = &f->chunk[number];
@@ -325,6 +337,21 @@ void dx_feed_abort(struct dx_feed *f)
     starve(f);
 }
 
+/* The arena has room for the largest grid; a smaller one gets no more memory than its own n_epochs.
+ */
+static void set_quota(struct dx_feed *f, const struct dx_geometry *g)
+{
+    struct dx_tiling tiling;
+    uint32_t n_tiles;
+
+    if (!f->n_epochs)
+        return;
+    dx_tiling_init(&tiling, g->height, g->width, g->wrap);
+    n_tiles = f->max_tiles - dx_tiling_n_tiles(&tiling);
+    f->keep_blocks = n_tiles * f->n_epochs * f->tile_blocks;
+    f->keep_chunks = n_tiles * f->n_epochs * DX_N_ENCODINGS;
+}
+
 void dx_feed_reset(struct dx_feed *f, struct dx_geometry *g, const struct dx_terrain_params *params,
                    uint8_t attr_bytes, const char *reason)
 {
@@ -344,6 +371,7 @@ void dx_feed_reset(struct dx_feed *f, struct dx_geometry *g, const struct dx_ter
     o->reset.params = *params;
     o->reset.attr_bytes = attr_bytes;
     strncpy(o->reset.reason, reason, sizeof(o->reset.reason) - 1);
+    set_quota(f, g);
     flush(f);
 }
 

@@ -72,7 +72,8 @@ struct dx_feed_outbox {
 
 struct dx_feed {
     uint32_t max_tiles, n_chunks, n_events;
-    uint8_t *memory; /* address space of all blocks */
+    uint32_t tile_blocks, n_epochs; /* blocks of a tile in all encodings; 0: no quota */
+    uint8_t *memory;                /* address space of all blocks */
     size_t memory_len;
     uint32_t *next_block;
     struct dx_feed_chunk *chunk;
@@ -90,6 +91,7 @@ struct dx_feed {
 
     /* the mesher's alone */
     struct dx_feed_stack free_blocks, free_chunks, free_events;
+    uint32_t keep_blocks, keep_chunks; /* stay free: what the grid in force does not need */
     struct dx_feed_outbox out;
 };
 

@@ -2,7 +2,7 @@
 # All sources compile without a warning under gcc and clang, with the warnings of the Makefile.
 set -u
 flags="-std=gnu17 $(sed -n 's/^WARN := //p' Makefile)"
-defines='-I. -D_GNU_SOURCE -DDEXELD_VERSION="0" -DDEXELD_SYSCONFDIR="/etc"'
+defines='-I. -Iclient -D_GNU_SOURCE -DDEXELD_VERSION="0" -DDEXELD_SYSCONFDIR="/etc"'
 packages=$(pkg-config --cflags $(sed -n 's/^PACKAGES := //p' Makefile))
 sources=$(git ls-files '*.c')
 bad=0

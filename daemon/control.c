@@ -1,0 +1,199 @@
+/* Connections of the control socket. Loop thread. */
+#include "daemon/control.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <unistd.h>
+
+#include "daemon/log.h"
+#include "daemon/server_priv.h"
+#include "daemon/status.h"
+
+#define MAX_CONNECTIONS 16
+#define MAX_LINE        1024
+
+struct connection {
+    struct dx_control *control;
+    int fd; /* -1: free */
+    sd_event_source *io;
+    char in[MAX_LINE];
+    size_t in_len;
+    char *out; /* a reply; nothing is read until it is gone */
+    size_t out_len, out_at;
+};
+
+struct dx_control {
+    struct dx_server *server;
+    struct dx_listener listener;
+    struct connection connection[MAX_CONNECTIONS];
+};
+
+static void hang_up(struct connection *c)
+{
+    c->io = sd_event_source_disable_unref(c->io);
+    if (c->fd >= 0)
+        close(c->fd);
+    free(c->out);
+    c->out = NULL;
+    c->fd = -1;
+}
+
+/* The line that answers a request, with its newline; NULL: no memory. */
+static char *answer(struct dx_server *server, const char *line, size_t len)
+{
+    json_error_t where;
+    json_t *request = json_loadb(line, len, JSON_REJECT_DUPLICATES, &where), *reply;
+    const char *what = json_string_value(json_object_get(request, "request"));
+    char *text;
+
+    if (!request)
+        reply = json_pack("{s:o}", "error", json_sprintf("not JSON: %s", where.text));
+    else if (!what)
+        reply = json_pack("{s:s}", "error", "expected an object with a string \"request\"");
+    else if (!strcmp(what, "status"))
+        reply = dx_status(server);
+    else if (!strcmp(what, "quit"))
+        reply = json_object();
+    else
+        reply = json_pack("{s:o}", "error",
+                          json_sprintf("unknown request '%s', expected status or quit", what));
+    if (what && !strcmp(what, "quit")) {
+        dx_log_info("control", "stopping: asked to quit");
+        dx_server_stop(server);
+    }
+    json_decref(request);
+    text = reply ? json_dumps(reply, JSON_COMPACT) : NULL;
+    json_decref(reply);
+    return text;
+}
+
+/* Writes what is left of the reply; false: the connection is no more. */
+static bool write_reply(struct connection *c)
+{
+    ssize_t n =
+        send(c->fd, c->out + c->out_at, c->out_len - c->out_at, MSG_NOSIGNAL | MSG_DONTWAIT);
+
+    if (n < 0 && errno != EAGAIN && errno != EINTR) {
+        hang_up(c);
+        return false;
+    }
+    c->out_at += n > 0 ? (size_t)n : 0;
+    if (c->out_at == c->out_len) {
+        free(c->out);
+        c->out = NULL;
+    }
+    sd_event_source_set_io_events(c->io, c->out ? EPOLLOUT : EPOLLIN);
+    return true;
+}
+
+/* Answers the lines that are there, one after the other. */
+static void answer_lines(struct connection *c)
+{
+    char *end;
+
+    while (!c->out && (end = memchr(c->in, '\n', c->in_len))) {
+        size_t len = (size_t)(end - c->in) + 1;
+
+        c->out = answer(c->control->server, c->in, len - 1);
+        memmove(c->in, c->in + len, c->in_len - len);
+        c->in_len -= len;
+        if (!c->out) {
+            hang_up(c);
+            return;
+        }
+        c->out_len = strlen(c->out) + 1;
+        c->out[c->out_len - 1] = '\n'; /* in place of the NUL: from here on it is bytes */
+        c->out_at = 0;
+        if (!write_reply(c))
+            return;
+    }
+    if (!c->out && c->in_len == sizeof(c->in)) {
+        dx_log_warning("control", "found a line of more than %d bytes", MAX_LINE);
+        hang_up(c);
+    }
+}
+
+static int on_connection(sd_event_source *source, int fd, uint32_t revents, void *connection)
+{
+    struct connection *c = connection;
+    ssize_t n;
+
+    (void)source;
+    if (c->out) {
+        if (revents & (EPOLLERR | EPOLLHUP))
+            hang_up(c);
+        else if (write_reply(c))
+            answer_lines(c);
+        return 0;
+    }
+    n = recv(fd, c->in + c->in_len, sizeof(c->in) - c->in_len, MSG_DONTWAIT);
+    if (n > 0) {
+        c->in_len += (size_t)n;
+        answer_lines(c);
+    } else if (n == 0 || (errno != EAGAIN && errno != EINTR)) {
+        hang_up(c);
+    }
+    return 0;
+}
+
+static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *control)
+{
+    struct dx_control *k = control;
+    struct connection *c = k->connection, *end = c + MAX_CONNECTIONS;
+    int client;
+
+    (void)source;
+    (void)revents;
+    while (c < end && c->fd >= 0)
+        c++;
+    if (c == end) { /* the one that has been here longest in its place gives way */
+        c = k->connection;
+        hang_up(c);
+    }
+    client = accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (client < 0)
+        return 0;
+    *c = (struct connection){.control = k, .fd = client};
+    if (sd_event_add_io(k->server->event, &c->io, client, EPOLLIN, on_connection, c) < 0)
+        hang_up(c);
+    return 0;
+}
+
+int dx_control_new(struct dx_control **out, struct dx_server *server, const char *path,
+                   struct dx_err *err)
+{
+    struct dx_control *k = calloc(1, sizeof(*k));
+    int r;
+
+    *out = NULL;
+    if (!k)
+        return dx_err_set(err, -ENOMEM, "no memory");
+    k->server = server;
+    for (int n = 0; n < MAX_CONNECTIONS; n++)
+        k->connection[n].fd = -1;
+    r = dx_listener_open(&k->listener, path, "control", err);
+    if (r == 0 && k->listener.fd >= 0) {
+        r = sd_event_add_io(server->event, &k->listener.io, k->listener.fd, EPOLLIN, on_accept, k);
+        if (r < 0)
+            dx_err_set(err, r, "event loop: %s", strerror(-r));
+    }
+    if (r < 0) {
+        dx_control_free(k);
+        return r;
+    }
+    *out = k;
+    return 0;
+}
+
+void dx_control_free(struct dx_control *k)
+{
+    if (!k)
+        return;
+    for (int n = 0; n < MAX_CONNECTIONS; n++)
+        hang_up(&k->connection[n]);
+    dx_listener_close(&k->listener);
+    free(k);
+}

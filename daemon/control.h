@@ -1,0 +1,19 @@
+/*
+ * The control socket: one JSON object a line in, one a line out. {"request":"status"} is answered
+ * as status.h says, {"request":"quit"} with {} and the end of the service; anything else with
+ * {"error":"..."}. Loop thread.
+ */
+#ifndef DX_CONTROL_H
+#define DX_CONTROL_H
+
+#include "core/base/err.h"
+
+struct dx_control;
+struct dx_server;
+
+/* *out is NULL when there is neither a path nor an inherited socket. Errors as dx_server_new. */
+int dx_control_new(struct dx_control **out, struct dx_server *server, const char *path,
+                   struct dx_err *err);
+void dx_control_free(struct dx_control *c);
+
+#endif

@@ -1,0 +1,415 @@
+/*
+ * The loop. Every event does its own work; then the post source looks at what that changed:
+ * subscribers that can start a batch, feeds that can go on, connections to free, the next deadline.
+ * Loop thread.
+ */
+#include "daemon/server_priv.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "daemon/clock.h"
+#include "daemon/control.h"
+#include "daemon/log.h"
+
+#define MAX_CLIENTS    256u
+#define HELLO_NS       5000000000u
+#define STALL_NS       10000000000u
+#define TICK_NS        1000000000u
+#define DRAIN_NS       300000000u /* for messages half written at the end */
+#define ACCEPTS_A_TURN 16
+#define PRIORITY_FEED  -10 /* adoption first: it frees chunks for the mesher */
+
+/* ---- streams
+ * ------------------------------------------------------------------------------------- */
+
+void dx_server_count_subscriber(struct dx_server_stream *st, int by)
+{
+    st->n_subscribers += (uint32_t)by;
+    if (st->options.subscribers)
+        st->options.subscribers(st->options.ctx, st->n_subscribers);
+}
+
+static void wake_again(struct dx_server_stream *st)
+{
+    uint64_t one = 1;
+    ssize_t r = write(st->options.feed->wake_fd, &one, sizeof(one));
+
+    (void)r; /* EAGAIN: it is awake */
+}
+
+static void serve_stream(struct dx_server_stream *st)
+{
+    unsigned found = dx_feed_loop_turn(st->loop);
+
+    if (!found)
+        return;
+    for (struct dx_subscriber *s = st->server->subscribers; s; s = s->next) {
+        if (s->stream != st)
+            continue;
+        if (found & DX_FEED_NEW_STATE)
+            s->tell_state = true;
+        dx_subscriber_pump(s);
+    }
+}
+
+static int on_feed(sd_event_source *source, int fd, uint32_t revents, void *stream)
+{
+    struct dx_server_stream *st = stream;
+    uint64_t n;
+    ssize_t r = read(fd, &n, sizeof(n));
+
+    (void)source;
+    (void)revents;
+    (void)r;
+    serve_stream(st);
+    return 0;
+}
+
+int dx_server_add_stream(struct dx_server *s, const struct dx_server_stream_options *options)
+{
+    struct dx_server_stream *st, **end = &s->streams;
+    int r;
+
+    for (; *end; end = &(*end)->next)
+        if (!strcmp((*end)->options.name, options->name))
+            return -EEXIST;
+    st = calloc(1, sizeof(*st));
+    if (!st)
+        return -ENOMEM;
+    st->server = s;
+    st->options = *options;
+    st->number = s->n_streams;
+    r = dx_feed_loop_new(&st->loop, options->feed);
+    if (r == 0)
+        r = sd_event_add_io(s->event, &st->wake, options->feed->wake_fd, EPOLLIN, on_feed, st);
+    if (r < 0) {
+        dx_feed_loop_free(st->loop);
+        free(st);
+        return r;
+    }
+    sd_event_source_set_priority(st->wake, PRIORITY_FEED);
+    *end = st;
+    s->n_streams++;
+    return 0;
+}
+
+static void free_stream(struct dx_server_stream *st)
+{
+    sd_event_source_disable_unref(st->wake);
+    dx_feed_loop_free(st->loop);
+    free(st);
+}
+
+static void sample_rates(struct dx_server_stream *st, uint64_t now)
+{
+    uint64_t n = dx_get(&st->options.counters->n_frames);
+
+    if (st->rate_ns)
+        st->frames_per_s = (double)(n - st->rate_frames) * 1e9 / (double)(now - st->rate_ns);
+    st->rate_ns = now;
+    st->rate_frames = n;
+}
+
+/* ---- connections
+ * --------------------------------------------------------------------------------- */
+
+static void refuse_client(struct dx_server *s, int fd)
+{
+    struct dx_msg_error m = {.code = DX_WIRE_E_LIMIT, .text = "too many subscribers"};
+    uint8_t bytes[DX_WIRE_HEADER_LEN + 2 + 2 + DX_WIRE_TEXT];
+    struct dx_writer w =
+        dx_writer_init(bytes + DX_WIRE_HEADER_LEN, sizeof(bytes) - DX_WIRE_HEADER_LEN);
+    struct dx_wire_header h = {.type = DX_MSG_ERROR, .stream = DX_WIRE_NO_STREAM};
+    size_t len;
+
+    dx_msg_error_put(&w, &m);
+    len = (size_t)(w.p - bytes);
+    h.length = (uint32_t)(len - DX_WIRE_HEADER_LEN);
+    dx_wire_put_header(bytes, &h);
+    if (send(fd, bytes, len, MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
+        dx_log_debug("server", "refused client: %s", strerror(errno));
+    close(fd);
+    dx_log_warning("server", "a client was refused: there are %u", s->n_clients);
+}
+
+static void add_client(struct dx_server *s, int fd)
+{
+    struct dx_subscriber *sub;
+    int r;
+
+    if (s->n_clients >= s->options.max_clients) {
+        refuse_client(s, fd);
+        return;
+    }
+    r = dx_subscriber_new(&sub, s, fd);
+    if (r < 0) {
+        dx_log_warning("server", "a client could not be taken in: %s", strerror(-r));
+        return;
+    }
+    sub->next = s->subscribers;
+    s->subscribers = sub;
+    s->n_clients++;
+}
+
+static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *server)
+{
+    struct dx_server *s = server;
+
+    (void)revents;
+    for (int k = 0; k < ACCEPTS_A_TURN; k++) {
+        int client = accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+
+        if (client >= 0) {
+            add_client(s, client);
+        } else if (errno == EAGAIN) {
+            break;
+        } else if (errno != EINTR && errno != ECONNABORTED) {
+            /* out of descriptors or memory: the socket stays readable, so look away for a moment */
+            dx_log_warning("server", "accept: %s", strerror(errno));
+            sd_event_source_set_enabled(source, SD_EVENT_OFF);
+            s->accept_again_ns = dx_clock_ns() + DX_SERVER_ACCEPT_PAUSE_NS;
+            break;
+        }
+    }
+    return 0;
+}
+
+static void reap(struct dx_server *s)
+{
+    struct dx_subscriber **at = &s->subscribers;
+
+    while (*at) {
+        struct dx_subscriber *sub = *at;
+
+        if (sub->phase != DX_SUBSCRIBER_CLOSED) {
+            at = &sub->next;
+            continue;
+        }
+        *at = sub->next;
+        s->n_clients--;
+        dx_subscriber_free(sub);
+    }
+}
+
+/* ---- time
+ * ---------------------------------------------------------------------------------------- */
+
+static void arm_timer(struct dx_server *s)
+{
+    uint64_t due = s->tick_due_ns;
+
+    if (s->accept_again_ns && s->accept_again_ns < due)
+        due = s->accept_again_ns;
+    if (s->exit_due_ns && s->exit_due_ns < due)
+        due = s->exit_due_ns;
+    for (struct dx_subscriber *sub = s->subscribers; sub; sub = sub->next) {
+        uint64_t its = dx_subscriber_due(sub);
+
+        if (its < due)
+            due = its;
+    }
+    sd_event_source_set_time(s->timer, due / 1000 + 1); /* microseconds; not before it is due */
+    sd_event_source_set_enabled(s->timer, SD_EVENT_ONESHOT);
+}
+
+static int on_timer(sd_event_source *source, uint64_t usec, void *server)
+{
+    struct dx_server *s = server;
+    uint64_t now = dx_clock_ns();
+
+    (void)source;
+    (void)usec;
+    for (struct dx_subscriber *sub = s->subscribers; sub; sub = sub->next)
+        dx_subscriber_tick(sub, now);
+    if (s->accept_again_ns && now >= s->accept_again_ns) {
+        s->accept_again_ns = 0;
+        sd_event_source_set_enabled(s->mesh.io, SD_EVENT_ON);
+    }
+    if (now >= s->tick_due_ns) {
+        s->tick_due_ns = now + TICK_NS;
+        for (struct dx_server_stream *st = s->streams; st; st = st->next) {
+            dx_feed_loop_expire(st->loop, now);
+            sample_rates(st, now);
+        }
+    }
+    return 0;
+}
+
+/* After every event: what follows from it for others. */
+static int on_post(sd_event_source *source, void *server)
+{
+    struct dx_server *s = server;
+    uint64_t now = dx_clock_ns();
+
+    (void)source;
+    for (struct dx_subscriber *sub = s->subscribers; sub; sub = sub->next)
+        if (sub->phase != DX_SUBSCRIBER_CLOSED &&
+            (sub->doomed || (dx_outbox_is_empty(&sub->out) && dx_subscriber_wants_batch(sub, now))))
+            dx_subscriber_pump(sub);
+    reap(s);
+    for (struct dx_server_stream *st = s->streams; st; st = st->next)
+        if (dx_feed_loop_settle(st->loop))
+            wake_again(st);
+    if (s->exit_due_ns && (!s->subscribers || now >= s->exit_due_ns))
+        return sd_event_exit(s->event, 0);
+    arm_timer(s);
+    return 0;
+}
+
+/* ---- start and end
+ * ------------------------------------------------------------------------------- */
+
+static void begin_stop(struct dx_server *s)
+{
+    if (s->exit_due_ns)
+        return;
+    s->exit_due_ns = dx_clock_ns() + DRAIN_NS;
+    if (s->mesh.io)
+        sd_event_source_set_enabled(s->mesh.io, SD_EVENT_OFF);
+    s->accept_again_ns = 0;
+    for (struct dx_subscriber *sub = s->subscribers; sub; sub = sub->next)
+        dx_subscriber_shut(sub, DX_WIRE_E_SHUTDOWN, "the service is stopping", true);
+}
+
+static int on_stop(sd_event_source *source, int fd, uint32_t revents, void *server)
+{
+    uint64_t n;
+    ssize_t r = read(fd, &n, sizeof(n));
+
+    (void)source;
+    (void)revents;
+    (void)r;
+    begin_stop(server);
+    return 0;
+}
+
+static int on_signal(sd_event_source *source, const struct signalfd_siginfo *si, void *server)
+{
+    (void)source;
+    dx_log_info("server", "stopping: %s", si->ssi_signo == SIGINT ? "SIGINT" : "SIGTERM");
+    begin_stop(server);
+    return 0;
+}
+
+static int add_signals(struct dx_server *s)
+{
+    sigset_t set;
+    int r;
+
+    sigemptyset(&set);
+    sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGINT);
+    r = pthread_sigmask(SIG_BLOCK, &set, NULL);
+    if (r)
+        return -r;
+    r = sd_event_add_signal(s->event, NULL, SIGTERM, on_signal, s);
+    return r < 0 ? r : sd_event_add_signal(s->event, NULL, SIGINT, on_signal, s);
+}
+
+static int add_sources(struct dx_server *s)
+{
+    int r = sd_event_add_io(s->event, NULL, s->stop_fd, EPOLLIN, on_stop, s);
+
+    if (r >= 0 && s->mesh.fd >= 0)
+        r = sd_event_add_io(s->event, &s->mesh.io, s->mesh.fd, EPOLLIN, on_accept, s);
+    if (r >= 0)
+        r = sd_event_add_time(s->event, &s->timer, CLOCK_MONOTONIC, 0, 1000, on_timer, s);
+    if (r >= 0)
+        r = sd_event_add_post(s->event, &s->post, on_post, s);
+    if (r >= 0 && s->options.signals)
+        r = add_signals(s);
+    return r < 0 ? r : 0;
+}
+
+static int open_all(struct dx_server *s, struct dx_err *err)
+{
+    int r = sd_event_new(&s->event);
+
+    s->stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (r < 0 || s->stop_fd < 0)
+        return dx_err_set(err, r < 0 ? r : -errno, "event loop: %s", strerror(r < 0 ? -r : errno));
+    r = dx_listener_open(&s->mesh, s->options.mesh_path, "mesh", err);
+    if (r < 0)
+        return r;
+    r = dx_control_new(&s->control, s, s->options.control_path, err);
+    if (r < 0)
+        return r;
+    r = add_sources(s);
+    return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
+}
+
+int dx_server_new(struct dx_server **out, const struct dx_server_options *options,
+                  struct dx_err *err)
+{
+    struct dx_server *s = calloc(1, sizeof(*s));
+    int r;
+
+    if (!s)
+        return dx_err_set(err, -ENOMEM, "no memory");
+    s->mesh.fd = s->stop_fd = -1;
+    s->options = *options;
+    if (!s->options.max_clients)
+        s->options.max_clients = MAX_CLIENTS;
+    if (!s->options.hello_ns)
+        s->options.hello_ns = HELLO_NS;
+    if (!s->options.stall_ns)
+        s->options.stall_ns = STALL_NS;
+    s->started_ns = dx_clock_ns();
+    s->tick_due_ns = s->started_ns + TICK_NS;
+    r = open_all(s, err);
+    if (r < 0) {
+        dx_server_free(s);
+        return r;
+    }
+    *out = s;
+    return 0;
+}
+
+void dx_server_free(struct dx_server *s)
+{
+    if (!s)
+        return;
+    while (s->subscribers) {
+        struct dx_subscriber *next = s->subscribers->next;
+
+        dx_subscriber_free(s->subscribers);
+        s->subscribers = next;
+    }
+    dx_control_free(s->control);
+    dx_listener_close(&s->mesh);
+    while (s->streams) {
+        struct dx_server_stream *next = s->streams->next;
+
+        free_stream(s->streams);
+        s->streams = next;
+    }
+    sd_event_source_disable_unref(s->timer);
+    sd_event_source_disable_unref(s->post);
+    sd_event_unref(s->event);
+    if (s->stop_fd >= 0)
+        close(s->stop_fd);
+    free(s);
+}
+
+int dx_server_run(struct dx_server *s)
+{
+    int r = sd_event_set_watchdog(s->event, true); /* nothing without WATCHDOG_USEC */
+
+    return r < 0 ? r : sd_event_loop(s->event);
+}
+
+void dx_server_stop(struct dx_server *s)
+{
+    uint64_t one = 1;
+    ssize_t r = write(s->stop_fd, &one, sizeof(one));
+
+    (void)r;
+}

@@ -1,0 +1,62 @@
+/* What the files of the loop thread share: server.c, subscriber.c, sender.c, listen.c, control.c,
+ * status.c. */
+#ifndef DX_SERVER_PRIV_H
+#define DX_SERVER_PRIV_H
+
+#include <systemd/sd-event.h>
+
+#include "daemon/latency.h"
+#include "daemon/server.h"
+#include "daemon/subscriber.h"
+
+#define DX_SERVER_ACCEPT_PAUSE_NS 100000000u /* when out of descriptors */
+
+struct dx_control;
+
+struct dx_server_stream {
+    struct dx_server *server;
+    struct dx_server_stream *next;
+    struct dx_server_stream_options options;
+    uint32_t number;
+    struct dx_feed_loop *loop;
+    sd_event_source *wake;
+    uint32_t n_subscribers;
+    struct dx_latency latency; /* host stamp of the frame to COMMIT handed to the kernel */
+    /* frames a second, over the last second or so */
+    uint64_t rate_ns, rate_frames;
+    double frames_per_s;
+};
+
+struct dx_listener {
+    int fd;     /* -1: none */
+    char *made; /* path to unlink; NULL: inherited */
+    sd_event_source *io;
+};
+
+struct dx_server {
+    struct dx_server_options options;
+    sd_event *event;
+    int stop_fd;
+    sd_event_source *timer, *post;
+    struct dx_listener mesh;
+    struct dx_control *control;
+    uint64_t accept_again_ns; /* 0: accepting */
+    uint64_t tick_due_ns;
+    uint64_t exit_due_ns; /* 0: not stopping */
+    uint64_t started_ns;
+    struct dx_server_stream *streams;
+    uint32_t n_streams;
+    struct dx_subscriber *subscribers;
+    uint32_t n_clients;
+    uint64_t n_connections;
+};
+
+/* A subscriber came (+1) or went (-1). */
+void dx_server_count_subscriber(struct dx_server_stream *st, int by);
+
+/* Makes the socket at `path` with mode 0660, or takes the inherited one of that `name`; neither: -1
+ * in l->fd. Errors as dx_server_new. */
+int dx_listener_open(struct dx_listener *l, const char *path, const char *name, struct dx_err *err);
+void dx_listener_close(struct dx_listener *l);
+
+#endif

@@ -1,0 +1,14 @@
+/* The service: the streams of a configuration and the loop that serves them. The main thread's. */
+#ifndef DX_SERVICE_H
+#define DX_SERVICE_H
+
+#include "daemon/config.h"
+
+/*
+ * Opens sources and sockets, starts the threads, serves until SIGTERM or SIGINT, and takes
+ * everything down again. `ready_fd` (or -1) gets a line, and the service manager READY=1, when the
+ * sockets listen. Errors, with text: what cannot be opened, what is in use, -ENOMEM.
+ */
+int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *err);
+
+#endif

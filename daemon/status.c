@@ -1,0 +1,122 @@
+/* The status of the service as JSON. Loop thread. */
+#include "daemon/status.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+#include "daemon/clock.h"
+#include "daemon/server_priv.h"
+
+static void set_count(json_t *o, const char *key, uint64_t n)
+{
+    json_object_set_new(o, key, json_integer((json_int_t)n));
+}
+
+static void set_number(json_t *o, const char *key, double v)
+{
+    json_object_set_new(o, key, json_real(v));
+}
+
+static void set_text(json_t *o, const char *key, const char *text)
+{
+    json_object_set_new(o, key, json_string(text)); /* NULL (not UTF-8): stays out */
+}
+
+static void set_geometry(json_t *o, const struct dx_server_stream *st)
+{
+    const struct dx_feed_loop *l = st->loop;
+    const struct dx_counters *c = st->options.counters;
+    double n_dexels;
+
+    if (!l->geometry)
+        return;
+    n_dexels = (double)l->geometry->height * l->geometry->width;
+    set_text(o, "geometry", dx_model_name(l->geometry->model));
+    set_count(o, "width", l->geometry->width);
+    set_count(o, "height", l->geometry->height);
+    json_object_set_new(
+        o, "sigma_m",
+        json_pack("[f,f,f]", l->params.sigma[0], l->params.sigma[1], l->params.sigma[2]));
+    if (dx_get(&c->n_valid))
+        set_number(o, "valid", (double)dx_get(&c->n_valid) / n_dexels);
+    set_number(o, "mesh_ns_per_dexel", (double)dx_get(&c->mesh_ns_last) / n_dexels);
+}
+
+static json_t *stream_status(const struct dx_server_stream *st)
+{
+    const struct dx_counters *c = st->options.counters;
+    json_t *o = json_object(), *drops = json_object();
+
+    set_text(o, "name", st->options.name);
+    set_text(o, "state", dx_stream_state_name(st->loop->state));
+    set_text(o, "reason", st->loop->state_reason);
+    set_geometry(o, st);
+    set_count(o, "frames", dx_get(&c->n_frames));
+    set_count(o, "parts", dx_get(&c->n_parts));
+    set_number(o, "fps", st->frames_per_s);
+    set_count(o, "epochs", dx_get(&c->n_epochs));
+    set_count(o, "tiles_changed", dx_get(&c->n_tiles_changed));
+    set_count(o, "tiles_sent", dx_get(&c->n_tiles_sent));
+    set_count(drops, "mailbox", st->loop->commit.n_dropped);
+    set_count(drops, "corrupt", dx_get(&c->n_corrupt));
+    json_object_set_new(o, "drops", drops);
+    set_count(o, "short_of_chunks", dx_get(&c->n_short_of_chunks));
+    set_number(o, "mesh_ms", (double)dx_get(&c->mesh_ns_last) * 1e-6);
+    set_count(o, "subscribers", st->n_subscribers);
+    if (st->latency.n)
+        json_object_set_new(o, "latency_ms",
+                            json_pack("{s:f,s:f}", "p50",
+                                      (double)dx_latency_quantile(&st->latency, 0.5) * 1e-6, "p99",
+                                      (double)dx_latency_quantile(&st->latency, 0.99) * 1e-6));
+    return o;
+}
+
+static json_t *client_status(const struct dx_subscriber *s)
+{
+    static const char *const modes[] = {"live", "pull", "lossless"};
+    json_t *o = json_object();
+
+    set_count(o, "pid", (uint64_t)s->cred.pid);
+    set_count(o, "uid", s->cred.uid);
+    if (s->stream) {
+        set_text(o, "stream", s->stream->options.name);
+        set_text(o, "encoding", dx_encoding_name(s->asked.encoding));
+        set_text(o, "mode", modes[s->asked.mode]);
+    }
+    set_count(o, "epochs", s->n_epochs);
+    set_count(o, "coalesced", s->n_coalesced);
+    set_count(o, "resets", s->n_resets);
+    set_count(o, "bytes", s->n_bytes);
+    return o;
+}
+
+/* Resident memory of this process; 0 when the kernel does not say. */
+static uint64_t rss_bytes(void)
+{
+    FILE *f = fopen("/proc/self/statm", "re");
+    unsigned long long size, resident = 0;
+
+    if (!f)
+        return 0;
+    if (fscanf(f, "%llu %llu", &size, &resident) != 2)
+        resident = 0;
+    fclose(f);
+    return resident * (uint64_t)sysconf(_SC_PAGESIZE);
+}
+
+json_t *dx_status(const struct dx_server *server)
+{
+    json_t *o = json_object(), *streams = json_array(), *clients = json_array();
+
+    set_text(o, "version", DEXELD_VERSION);
+    set_number(o, "uptime_s", (double)(dx_clock_ns() - server->started_ns) * 1e-9);
+    set_count(o, "rss_bytes", rss_bytes());
+    for (const struct dx_server_stream *st = server->streams; st; st = st->next)
+        json_array_append_new(streams, stream_status(st));
+    for (const struct dx_subscriber *s = server->subscribers; s; s = s->next)
+        if (s->phase != DX_SUBSCRIBER_CLOSED)
+            json_array_append_new(clients, client_status(s));
+    json_object_set_new(o, "streams", streams);
+    json_object_set_new(o, "clients", clients);
+    return o;
+}

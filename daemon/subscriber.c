@@ -1,0 +1,382 @@
+/* Life of a subscriber: what it says, its deadlines, its end. Loop thread. */
+#include "daemon/server_priv.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <unistd.h>
+
+#include "daemon/clock.h"
+#include "daemon/log.h"
+
+#define TURN_BUDGET (256u << 10) /* bytes to one subscriber before the others have their turn */
+#define NS_PER_MS   1000000u
+
+static int on_io(sd_event_source *source, int fd, uint32_t revents, void *subscriber);
+
+int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd)
+{
+    struct dx_subscriber *s = calloc(1, sizeof(*s));
+    socklen_t len = sizeof(s->cred);
+    int r;
+
+    if (!s) {
+        close(fd);
+        return -ENOMEM;
+    }
+    s->server = server;
+    s->fd = fd;
+    s->number = ++server->n_connections;
+    s->hello_due_ns = dx_clock_ns() + server->options.hello_ns;
+    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &s->cred, &len) < 0)
+        s->cred = (struct ucred){0, (uid_t)-1, (gid_t)-1};
+    s->io_events = EPOLLIN;
+    r = sd_event_add_io(server->event, &s->io, fd, EPOLLIN, on_io, s);
+    if (r < 0) {
+        close(fd);
+        free(s);
+        return r;
+    }
+    dx_log_debug("server", "client %llu (pid %d uid %u): connected", (unsigned long long)s->number,
+                 (int)s->cred.pid, (unsigned)s->cred.uid);
+    *out = s;
+    return 0;
+}
+
+/* Gives back what belongs to the stream. */
+static void leave(struct dx_subscriber *s)
+{
+    if (!s->stream)
+        return;
+    dx_outbox_cut(&s->out); /* what is left of a message is copied: the arena is let go of */
+    dx_view_leave(&s->view, dx_clock_ns());
+    dx_geometry_unref(s->geometry);
+    s->geometry = NULL;
+    dx_server_count_subscriber(s->stream, -1);
+    s->stream = NULL;
+}
+
+static void disconnect(struct dx_subscriber *s)
+{
+    leave(s);
+    s->io = sd_event_source_disable_unref(s->io);
+    close(s->fd);
+    s->fd = -1;
+    s->phase = DX_SUBSCRIBER_CLOSED;
+}
+
+void dx_subscriber_free(struct dx_subscriber *s)
+{
+    if (!s)
+        return;
+    if (s->phase != DX_SUBSCRIBER_CLOSED)
+        disconnect(s);
+    free(s->out.own);
+    free(s);
+}
+
+/* ERROR, and the end: what the socket does not take at once is not waited for. */
+static void say_error(struct dx_subscriber *s)
+{
+    struct dx_msg_error m = {.code = s->doomed};
+    struct dx_writer w = dx_outbox_begin(&s->out);
+
+    memcpy(m.text, s->doom, sizeof(m.text));
+    dx_msg_error_put(&w, &m);
+    dx_outbox_end(&s->out, &w, DX_MSG_ERROR, DX_WIRE_NO_STREAM, 0, 0);
+    dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
+    disconnect(s);
+}
+
+void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const char *text,
+                        bool linger)
+{
+    if (s->phase >= DX_SUBSCRIBER_CLOSING)
+        return;
+    s->doomed = (uint16_t)code;
+    if (text != s->doom)
+        snprintf(s->doom, sizeof(s->doom), "%s", text);
+    if (code != DX_WIRE_E_SHUTDOWN)
+        dx_log_info("server", "client %llu (pid %d uid %u): disconnected: %s",
+                    (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid, text);
+    leave(s);
+    s->phase = DX_SUBSCRIBER_CLOSING;
+    if (s->tell_welcome) /* HELLO itself was fine */
+        dx_sender_fill(s, dx_clock_ns());
+    if (!dx_outbox_is_empty(&s->out) && s->fd >= 0)
+        dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
+    if (dx_outbox_is_empty(&s->out))
+        say_error(s);
+    else if (!linger)
+        disconnect(s);
+}
+
+static void gone(struct dx_subscriber *s, const char *why)
+{
+    dx_log_debug("server", "client %llu (pid %d uid %u): %s", (unsigned long long)s->number,
+                 (int)s->cred.pid, (unsigned)s->cred.uid, why);
+    disconnect(s);
+}
+
+/* ---- writing
+ * ------------------------------------------------------------------------------------- */
+
+static void watch(struct dx_subscriber *s)
+{
+    uint32_t events = dx_outbox_is_empty(&s->out) ? EPOLLIN : EPOLLIN | EPOLLOUT;
+
+    if (events == s->io_events)
+        return;
+    s->io_events = events;
+    sd_event_source_set_io_events(s->io, events);
+}
+
+void dx_subscriber_pump(struct dx_subscriber *s)
+{
+    size_t left = TURN_BUDGET;
+
+    while (left && s->phase != DX_SUBSCRIBER_CLOSED) {
+        ssize_t n;
+
+        if (dx_outbox_is_empty(&s->out) && s->phase < DX_SUBSCRIBER_CLOSING)
+            dx_sender_fill(s, dx_clock_ns());
+        if (s->doomed && s->phase < DX_SUBSCRIBER_CLOSING)
+            dx_subscriber_shut(s, s->doomed, s->doom, false);
+        else if (dx_outbox_is_empty(&s->out) && s->phase == DX_SUBSCRIBER_CLOSING)
+            say_error(s);
+        if (s->phase == DX_SUBSCRIBER_CLOSED || dx_outbox_is_empty(&s->out))
+            break;
+        n = dx_outbox_write(&s->out, s->fd, left, dx_sender_sent, s);
+        if (n < 0)
+            gone(s, strerror((int)-n));
+        if (n <= 0)
+            break;
+        s->progress_ns = dx_clock_ns();
+        s->n_bytes += (uint64_t)n;
+        left -= (size_t)n < left ? (size_t)n : left;
+    }
+    if (s->phase != DX_SUBSCRIBER_CLOSED)
+        watch(s);
+}
+
+bool dx_subscriber_wants_batch(const struct dx_subscriber *s, uint64_t now_ns)
+{
+    if (s->phase != DX_SUBSCRIBER_STREAMING || s->stage != DX_BATCH_NONE || s->tell_subscribed ||
+        s->geometry || !dx_view_ready(&s->view))
+        return false;
+    if (s->asked.mode == DX_MODE_PULL && s->credit == 0)
+        return false;
+    return s->asked.mode == DX_MODE_LOSSLESS || s->batch_ns == 0 ||
+           now_ns - s->batch_ns >= (uint64_t)s->asked.min_interval_ms * NS_PER_MS;
+}
+
+/* ---- deadlines
+ * ----------------------------------------------------------------------------------- */
+
+static bool waits_for_words(const struct dx_subscriber *s)
+{
+    return s->phase == DX_SUBSCRIBER_HELLO || s->phase == DX_SUBSCRIBER_SUBSCRIBE;
+}
+
+uint64_t dx_subscriber_due(const struct dx_subscriber *s)
+{
+    uint64_t due = waits_for_words(s) ? s->hello_due_ns : UINT64_MAX;
+
+    if (!dx_outbox_is_empty(&s->out)) {
+        if (s->progress_ns + s->server->options.stall_ns < due)
+            due = s->progress_ns + s->server->options.stall_ns;
+    } else if (dx_subscriber_wants_batch(s, UINT64_MAX)) { /* waits for its interval, or a pin */
+        uint64_t interval = s->batch_ns + (uint64_t)s->asked.min_interval_ms * NS_PER_MS;
+        uint64_t patience = dx_view_patience(&s->view);
+
+        due = interval > patience ? interval : patience;
+    }
+    return due;
+}
+
+void dx_subscriber_tick(struct dx_subscriber *s, uint64_t now_ns)
+{
+    if (s->phase == DX_SUBSCRIBER_CLOSED)
+        return;
+    if (waits_for_words(s) && now_ns >= s->hello_due_ns)
+        dx_subscriber_shut(s, DX_WIRE_E_PROTOCOL, "no HELLO and SUBSCRIBE in time", false);
+    else if (!dx_outbox_is_empty(&s->out) &&
+             now_ns >= s->progress_ns + s->server->options.stall_ns) {
+        dx_subscriber_shut(s, DX_WIRE_E_SLOW, "not a byte taken for too long", false);
+        if (s->phase == DX_SUBSCRIBER_CLOSING)
+            disconnect(s);
+    }
+}
+
+/* ---- what it says
+ * -------------------------------------------------------------------------------- */
+
+static void refuse(struct dx_subscriber *s, enum dx_wire_error code, const char *text)
+{
+    dx_subscriber_shut(s, code, text, false);
+}
+
+static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
+{
+    char text[DX_WIRE_TEXT];
+    struct dx_msg_hello m;
+
+    if (dx_msg_hello_get(&m, body, len) < 0) {
+        refuse(s, DX_WIRE_E_PROTOCOL, "not a HELLO");
+        return;
+    }
+    if (m.major != DX_WIRE_MAJOR || m.minor != DX_WIRE_MINOR) { /* 0.x: no promise between minors */
+        snprintf(text, sizeof(text), "found protocol %u.%u, expected %u.%u", m.major, m.minor,
+                 DX_WIRE_MAJOR, DX_WIRE_MINOR);
+        refuse(s, DX_WIRE_E_VERSION, text);
+        return;
+    }
+    s->encodings = m.encodings & ((1u << DX_N_ENCODINGS) - 1);
+    if (!s->encodings) {
+        refuse(s, DX_WIRE_E_ENCODING, "no encoding in common; there are f32 and q16");
+        return;
+    }
+    s->tell_welcome = true;
+    s->phase = DX_SUBSCRIBER_SUBSCRIBE;
+}
+
+static struct dx_server_stream *find_stream(struct dx_server *server, const char *name)
+{
+    struct dx_server_stream *st = server->streams;
+
+    if (!*name)
+        return server->n_streams == 1 ? st : NULL;
+    while (st && strcmp(st->options.name, name))
+        st = st->next;
+    return st;
+}
+
+static int join(struct dx_subscriber *s, struct dx_server_stream *st)
+{
+    const struct dx_msg_subscribe *m = &s->asked;
+
+    s->out.own = malloc(DX_OUTBOX_OWN);
+    if (!s->out.own)
+        return -ENOMEM;
+    s->out.feed = st->options.feed;
+    s->view.loop = st->loop;
+    s->view.encoding = (enum dx_encoding)m->encoding;
+    s->view.lossless = m->mode == DX_MODE_LOSSLESS;
+    s->view.region =
+        (struct dx_view_region){m->tile_row0, m->tile_col0, m->n_tile_rows, m->n_tile_cols};
+    s->view.dropped = dx_sender_dropped;
+    return dx_view_join(&s->view);
+}
+
+static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t len)
+{
+    struct dx_server_stream *st;
+    char text[DX_WIRE_TEXT];
+
+    if (dx_msg_subscribe_get(&s->asked, body, len) < 0) {
+        refuse(s, DX_WIRE_E_PROTOCOL, "not a SUBSCRIBE, or a value in it is out of range");
+        return;
+    }
+    st = find_stream(s->server, s->asked.stream);
+    if (!st) {
+        snprintf(text, sizeof(text), "no stream '%s'; there are %u", s->asked.stream,
+                 s->server->n_streams);
+        refuse(s, DX_WIRE_E_NO_STREAM, text);
+    } else if (!(s->encodings & 1u << s->asked.encoding)) {
+        refuse(s, DX_WIRE_E_ENCODING, "an encoding that HELLO did not name");
+    } else if (s->asked.mode == DX_MODE_LOSSLESS && !st->options.lossless) {
+        refuse(s, DX_WIRE_E_MODE, "lossless is only for a replay at rate max");
+    } else if (join(s, st) < 0) {
+        refuse(s, DX_WIRE_E_LIMIT, "no memory for another subscriber");
+    } else {
+        s->stream = st;
+        s->tell_subscribed = s->tell_state = true;
+        s->phase = DX_SUBSCRIBER_STREAMING;
+        dx_server_count_subscriber(st, 1);
+        dx_log_info("server", "client %llu (pid %d uid %u): subscribed to %s, %s, mode %u",
+                    (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid,
+                    st->options.name, dx_encoding_name(s->asked.encoding), s->asked.mode);
+    }
+}
+
+static void on_next(struct dx_subscriber *s, size_t len)
+{
+    if (s->asked.mode != DX_MODE_PULL || len != 0)
+        refuse(s, DX_WIRE_E_PROTOCOL, "NEXT, which has no body, is for pull mode");
+    else if (s->credit < UINT32_MAX)
+        s->credit++;
+}
+
+static void on_message(struct dx_subscriber *s, const struct dx_wire_header *h, const uint8_t *body)
+{
+    char text[DX_WIRE_TEXT];
+
+    if (s->phase == DX_SUBSCRIBER_HELLO && h->type == DX_MSG_HELLO) {
+        on_hello(s, body, h->length);
+    } else if (s->phase == DX_SUBSCRIBER_SUBSCRIBE && h->type == DX_MSG_SUBSCRIBE) {
+        on_subscribe(s, body, h->length);
+    } else if (s->phase == DX_SUBSCRIBER_STREAMING && h->type == DX_MSG_NEXT) {
+        on_next(s, h->length);
+    } else if (s->phase == DX_SUBSCRIBER_HELLO || !(h->flags & DX_WIRE_SKIPPABLE)) {
+        snprintf(text, sizeof(text), "message type %u is not expected here", h->type);
+        refuse(s, DX_WIRE_E_PROTOCOL, text);
+    }
+}
+
+/* Handles the whole messages at the front of the buffer. */
+static void parse(struct dx_subscriber *s)
+{
+    size_t at = 0;
+
+    while (s->phase < DX_SUBSCRIBER_CLOSING && s->in_len - at >= DX_WIRE_HEADER_LEN) {
+        struct dx_wire_header h;
+        char text[DX_WIRE_TEXT];
+
+        dx_wire_get_header(&h, s->in + at);
+        if (h.length > DX_WIRE_MAX_CLIENT_BODY) {
+            snprintf(text, sizeof(text), "found a body of %u bytes, expected at most %u", h.length,
+                     DX_WIRE_MAX_CLIENT_BODY);
+            refuse(s, DX_WIRE_E_PROTOCOL, text);
+            return;
+        }
+        if (s->in_len - at < DX_WIRE_HEADER_LEN + h.length)
+            break;
+        on_message(s, &h, s->in + at + DX_WIRE_HEADER_LEN);
+        at += DX_WIRE_HEADER_LEN + h.length;
+    }
+    memmove(s->in, s->in + at, s->in_len - at);
+    s->in_len -= at;
+}
+
+/* One buffer a turn: a client that talks without end has its share like the others. */
+static void receive(struct dx_subscriber *s)
+{
+    ssize_t n = recv(s->fd, s->in + s->in_len, sizeof(s->in) - s->in_len, MSG_DONTWAIT);
+
+    if (n == 0) {
+        gone(s, "closed the connection");
+    } else if (n < 0) {
+        if (errno != EAGAIN && errno != EINTR)
+            gone(s, strerror(errno));
+    } else {
+        s->in_len += (size_t)n;
+        if (s->phase == DX_SUBSCRIBER_CLOSING)
+            s->in_len = 0;
+        parse(s);
+    }
+}
+
+static int on_io(sd_event_source *source, int fd, uint32_t revents, void *subscriber)
+{
+    struct dx_subscriber *s = subscriber;
+
+    (void)source;
+    (void)fd;
+    if (revents & (EPOLLIN | EPOLLHUP | EPOLLERR))
+        receive(s);
+    if (s->phase != DX_SUBSCRIBER_CLOSED)
+        dx_subscriber_pump(s);
+    return 0;
+}

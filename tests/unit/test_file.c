@@ -1,0 +1,580 @@
+/*
+ * The file driver: single files, folders and globs as sequences, gzip, damaged files among good
+ * ones, geometry told again when it changes, loop, pace and wake. Real scans where $DEXEL_DATA has
+ * them.
+ */
+#include "file_fixture.h"
+
+#include "core/base/trig.h"
+#include "drivers/file/slurp.h"
+#include "drivers/replay.h"
+
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+#define HEADER "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n%g 0 0 1\n"
+enum { COLS = 12, ROWS = 5 };
+
+/* A spinning scan as PTX: `shift` turns it (in columns), `range` in metres, `x` the scanner's
+ * place. */
+static void add_scan(struct buffer *b, double shift, double range, double x)
+{
+    buffer_print(b, "%d\n%d\n" HEADER, COLS, ROWS, x);
+    for (int col = 0; col < COLS; col++)
+        for (int row = 0; row < ROWS; row++) {
+            double a = dx_rad((col + shift) * 30), e = dx_rad(-20 + 10 * row);
+
+            buffer_print(b, "%.9f %.9f %.9f %g\n", range * dx_cos(e) * dx_cos(a),
+                         range * dx_cos(e) * dx_sin(a), range * dx_sin(e), row / 4.0);
+        }
+}
+
+static void write_scan(const char *folder, const char *name, double shift, double range, double x)
+{
+    struct buffer b = {0};
+
+    add_scan(&b, shift, range, x);
+    write_file(folder, name, b.bytes, b.len);
+    buffer_fini(&b);
+}
+
+static struct dx_device *open_device(const struct dx_file_config *config)
+{
+    struct dx_device *dev = NULL;
+    struct dx_err err = {""};
+
+    if (dx_file_driver.open(&dev, config, &err))
+        fail_msg("%s", err.text);
+    assert_int_equal(dx_file_driver.start(dev, &err), 0);
+    return dev;
+}
+
+static struct dx_device *open_path(const char *folder, const char *name)
+{
+    char *path = path_in(folder, name);
+    struct dx_file_config config = file_config(path);
+    struct dx_device *dev = open_device(&config);
+
+    free(path); /* the device keeps what it needs */
+    return dev;
+}
+
+static void close_device(struct dx_device *dev)
+{
+    dx_file_driver.stop(dev);
+    dx_file_driver.close(dev);
+}
+
+static void expect_step(struct dx_device *dev, struct kept *k, int want, const char *message)
+{
+    struct dx_err err = {""};
+    int rc = step(dev, k, &err);
+
+    if (rc != want || !strstr(err.text, message))
+        fail_msg("%d \"%s\", expected %d \"%s\"", rc, err.text, want, message);
+}
+
+static void replays_a_file(void **state)
+{
+    char *folder = make_folder();
+    struct dx_device *dev;
+    struct kept k = {0};
+    char text[200];
+
+    (void)state;
+    write_scan(folder, "a.ptx", 0.25, 5, 7);
+    dev = open_path(folder, "a.ptx");
+    assert_null(dx_file_fit_report(dev));
+    dx_file_driver.describe(dev, text, sizeof(text));
+    assert_string_equal(text, "a.ptx: 1 file");
+    expect_step(dev, &k, 0, "");
+    assert_int_equal(k.geometry->model, DX_MODEL_SPINNING);
+    assert_true(k.geometry->wrap && k.geometry->pose[3] == 7);
+    assert_int_equal(k.attr_bytes, 2);
+    assert_int_equal(k.part.n_cols, COLS);
+    assert_true(k.part.last && k.part.frame == 0 && k.part.stamp.host_ns > 0);
+    for (size_t n = 0; n < COLS * ROWS; n++) {
+        assert_int_equal(dx_plane_range(&k.plane, n),
+                         (uint32_t)rint(5 / (double)k.geometry->unit_m));
+        assert_int_equal(dx_plane_attr(&k.plane, n),
+                         (uint32_t)rint((double)(n / COLS) / 4 * 65535));
+    }
+    assert_true(dx_file_fit_report(dev)->rms_dexel < 1e-3);
+    dx_file_driver.describe(dev, text, sizeof(text));
+    assert_non_null(strstr(text, "a.ptx: 1 file, spinning 12x5, rms "));
+    dx_file_driver.describe(dev, text, 10);
+    assert_string_equal(text, "a.ptx: 1 ");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    kept_fini(&k);
+    remove_folder(folder);
+}
+
+/* Order by name; names that are no recordings and hidden ones are passed over. */
+static void replays_a_folder_in_order(void **state)
+{
+    char *folder = make_folder();
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    write_scan(folder, "b2.ptx", 0, 2, 0);
+    write_scan(folder, "b1.PTX", 0, 1.9, 0);
+    write_scan(folder, "b10.ptx", 0, 2.1, 0);
+    write_scan(folder, ".b0.ptx", 0, 2.2, 0);
+    write_file(folder, "README", "text\n", 5);
+    dev = open_path(folder, "");
+    for (int n = 0; n < 3; n++) {
+        static const double ranges[] = {1.9, 2.1, 2};
+
+        expect_step(dev, &k, 0, "");
+        assert_true(fabs(dx_plane_range(&k.plane, 0) * (double)k.geometry->unit_m - ranges[n]) <
+                    1e-4);
+        assert_true(k.part.frame == (unsigned)n);
+    }
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    assert_int_equal(k.n_geometries, 1); /* 2.1 m fits the unit of 1.9 m */
+    close_device(dev);
+    kept_fini(&k);
+    dev = open_path(folder, "b?.*");
+    for (int n = 0; n < 2; n++)
+        expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    kept_fini(&k);
+    remove_folder(folder);
+}
+
+static void replays_all_scans_of_a_file(void **state)
+{
+    char *folder = make_folder();
+    struct buffer b = {0};
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    add_scan(&b, 0, 2, 0);
+    buffer_print(&b, "\r\n");
+    add_scan(&b, 0, 2, 1);
+    add_scan(&b, 0, 2, 1);
+    b.bytes[b.len - 30] = 'x';
+    buffer_print(&b, "\n\n");
+    write_file(folder, "three.ptx", b.bytes, b.len);
+    dev = open_path(folder, "three.ptx");
+    expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, 0, "");
+    assert_int_equal(k.n_geometries, 2); /* another pose */
+    assert_true(k.geometry->pose[3] == 1);
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "three.ptx, scan 3: line 70: ");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    kept_fini(&k);
+    buffer_fini(&b);
+    remove_folder(folder);
+}
+
+static void tells_a_geometry_that_changed(void **state)
+{
+    char *folder = make_folder();
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    write_scan(folder, "0.ptx", 0, 5, 0);
+    write_scan(folder, "1.ptx", 0.4, 5, 0);   /* within half a dexel: kept */
+    write_scan(folder, "2.ptx", 0.6, 5, 0);   /* told */
+    write_scan(folder, "3.ptx", 0.6, 50, 0);  /* the range does not fit: told */
+    write_scan(folder, "4.ptx", 0.6, 5, 0);   /* fits: kept */
+    write_scan(folder, "5.ptx", 0.6, 5, 0.5); /* another pose: told */
+    dev = open_path(folder, "");
+    for (unsigned n = 0; n < 6; n++) {
+        static const unsigned told[] = {1, 1, 2, 3, 3, 4};
+
+        expect_step(dev, &k, 0, "");
+        assert_int_equal(k.n_geometries, told[n]);
+    }
+    close_device(dev);
+    kept_fini(&k);
+    remove_folder(folder);
+}
+
+static void makes_the_attribute_asked_for(void **state)
+{
+    char *folder = make_folder();
+    char *path;
+
+    (void)state;
+    write_scan(folder, "a.ptx", 0, 5, 0);
+    path = path_in(folder, "a.ptx");
+    for (int bytes = 0; bytes <= 2; bytes++) {
+        struct dx_file_config config = file_config(path);
+        struct dx_device *dev;
+        struct kept k = {0};
+
+        config.attr_bytes = bytes;
+        dev = open_device(&config);
+        expect_step(dev, &k, 0, "");
+        assert_int_equal(k.attr_bytes, bytes);
+        assert_int_equal(dx_plane_attr(&k.plane, 4 * COLS), bytes == 0   ? 0
+                                                            : bytes == 1 ? 255
+                                                                         : 65535);
+        close_device(dev);
+        kept_fini(&k);
+    }
+    free(path);
+    remove_folder(folder);
+}
+
+static struct buffer gzipped(const struct buffer *plain)
+{
+    z_stream z = {0};
+    struct buffer out = {0};
+    uint8_t room[65536];
+
+    assert_int_equal(deflateInit2(&z, 6, Z_DEFLATED, 31, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    z.next_in = plain->bytes;
+    z.avail_in = (uInt)plain->len;
+    z.next_out = room;
+    z.avail_out = sizeof(room);
+    assert_int_equal(deflate(&z, Z_FINISH), Z_STREAM_END);
+    buffer_add(&out, room, sizeof(room) - z.avail_out);
+    deflateEnd(&z);
+    return out;
+}
+
+/* What is damaged is reported once and by name, and the good files around it come. */
+static void passes_over_damaged_files(void **state)
+{
+    char *folder = make_folder();
+    struct buffer plain = {0}, gz;
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    add_scan(&plain, 0, 5, 0);
+    gz = gzipped(&plain);
+    write_file(folder, "0.ptx.gz", gz.bytes, gz.len);
+    write_file(folder, "1.ptx.gz", gz.bytes, gz.len - 30);
+    gz.bytes[gz.len / 2] ^= 0xff;
+    write_file(folder, "2.ptx.gz", gz.bytes, gz.len);
+    write_file(folder, "3.ptx", "", 0);
+    write_file(folder, "4.ptx", "not a scan\n", 11);
+    write_file(folder, "5.ptx", plain.bytes, plain.len - 100);
+    write_file(folder, "6.pcd", "\n\n", 2);
+    write_file(folder, "7.pcd", plain.bytes, plain.len); /* the content counts, not the name */
+    dev = open_path(folder, "");
+    expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "1.ptx.gz: byte ");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "2.ptx.gz: byte ");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "3.ptx: empty");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT,
+                "4.ptx: line 1: \"not\", expected a number of columns");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "5.ptx: line ");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "6.pcd: empty");
+    expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    assert_int_equal(k.n_frames, 2);
+    assert_int_equal(k.n_geometries, 1);
+    close_device(dev);
+    kept_fini(&k);
+    buffer_fini(&plain);
+    buffer_fini(&gz);
+    remove_folder(folder);
+}
+
+/* Looping over nothing but damage ends; over frames it goes on, with growing numbers and stamps. */
+static void loops(void **state)
+{
+    char *folder = make_folder();
+    char *path = path_in(folder, "a.ptx");
+    struct dx_file_config config = file_config(path);
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    config.loop = true;
+    config.fps = 4;
+    write_file(folder, "a.ptx", "1\n", 2);
+    dev = open_device(&config);
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "a.ptx: line 2: the file ends");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    write_scan(folder, "a.ptx", 0, 5, 0);
+    dev = open_device(&config);
+    for (uint64_t n = 0; n < 5; n++) {
+        expect_step(dev, &k, 0, "");
+        assert_true(k.part.frame == n && k.part.stamp.device_ns == n * 250000000);
+        assert_int_equal(k.part.stamp.clock_id, DX_CLOCK_NONE);
+    }
+    assert_int_equal(k.n_geometries, 1);
+    close_device(dev);
+    kept_fini(&k);
+    free(path);
+    remove_folder(folder);
+}
+
+static void passes_up_what_the_sink_says(void **state)
+{
+    char *folder = make_folder();
+    struct dx_device *dev;
+    struct kept k = {.refuse = -EPERM};
+
+    (void)state;
+    write_scan(folder, "a.ptx", 0, 5, 0);
+    write_scan(folder, "b.ptx", 0, 5, 0);
+    dev = open_path(folder, "");
+    expect_step(dev, &k, -EPERM, "");
+    k.refuse = 0;
+    k.closing = true;
+    expect_step(dev, &k, DX_DRIVER_E_AGAIN, "");
+    assert_int_equal(k.n_geometries, 1);
+    assert_int_equal(k.n_frames, 0);
+    close_device(dev);
+    kept_fini(&k);
+    remove_folder(folder);
+}
+
+static void assert_not_opened(const struct dx_file_config *config, int code, const char *message)
+{
+    struct dx_device *dev;
+    struct dx_err err = {""};
+    int rc = dx_file_driver.open(&dev, config, &err);
+
+    if (rc != code || !strstr(err.text, message))
+        fail_msg("%d \"%s\", expected %d \"%s\"", rc, err.text, code, message);
+}
+
+static void refuses_what_is_not_there(void **state)
+{
+    char *folder = make_folder();
+    char *missing = path_in(folder, "a.ptx"), *none = path_in(folder, "*.ptx");
+    struct dx_file_config config = file_config(missing);
+
+    (void)state;
+    assert_not_opened(&config, -ENOENT, "a.ptx: No such file");
+    config.path = none;
+    assert_not_opened(&config, -ENOENT, "*.ptx: no such file, and none matches");
+    config.path = folder;
+    assert_not_opened(&config, -ENOENT, "no recording in this directory, expected *.ptx or *.pcd");
+    config.path = "/dev/null";
+    assert_not_opened(&config, -EINVAL, "/dev/null: neither a file nor a directory");
+    config.path = "";
+    assert_not_opened(&config, -EINVAL, "no path");
+    config.path = folder;
+    config.rate = -1;
+    assert_not_opened(&config, -EINVAL, "rate -1");
+    config.rate = (double)NAN;
+    assert_not_opened(&config, -EINVAL, "rate");
+    config.rate = 1;
+    config.fps = -3;
+    assert_not_opened(&config, -EINVAL, "fps -3");
+    config.fps = 0;
+    config.attr_bytes = 3;
+    assert_not_opened(&config, -EINVAL, "attr_bytes 3");
+    dx_file_driver.close(NULL);
+    free(missing);
+    free(none);
+    remove_folder(folder);
+}
+
+/* ---- slurp ------------------------------------------------------------------------------------
+ */
+
+static void slurps_within_bounds(void **state)
+{
+    char *folder = make_folder();
+    char *path = path_in(folder, "f"), *fifo = path_in(folder, "fifo");
+    struct buffer plain = {0}, gz, two = {0};
+    struct dx_slurp s = {0};
+    struct dx_err err;
+
+    (void)state;
+    for (int k = 0; k < 1000; k++)
+        buffer_print(&plain, "line %d of a thousand\n", k);
+    gz = gzipped(&plain);
+    buffer_add(&two, gz.bytes, gz.len); /* two members and rubbish after them */
+    buffer_add(&two, gz.bytes, gz.len);
+    buffer_add(&two, "\0\0\0", 3);
+    write_file(folder, "f", plain.bytes, plain.len);
+    assert_int_equal(dx_slurp_file(&s, path, plain.len, &err), 0);
+    assert_int_equal(s.len, plain.len);
+    assert_int_equal(dx_slurp_file(&s, path, plain.len - 1, &err), -EFBIG);
+    write_file(folder, "f", gz.bytes, gz.len);
+    assert_int_equal(dx_slurp_file(&s, path, plain.len, &err), 0);
+    assert_int_equal(s.len, plain.len);
+    assert_memory_equal(s.bytes, plain.bytes, plain.len);
+    assert_int_equal(dx_slurp_file(&s, path, plain.len - 1, &err), -EFBIG);
+    assert_non_null(strstr(err.text, "f: more than "));
+    write_file(folder, "f", two.bytes, two.len);
+    assert_int_equal(dx_slurp_file(&s, path, 2 * plain.len, &err), 0);
+    assert_int_equal(s.len, 2 * plain.len);
+    assert_int_equal(mkfifo(fifo, 0600), 0);
+    assert_int_equal(dx_slurp_file(&s, fifo, 1000, &err), -EINVAL);
+    assert_int_equal(dx_slurp_file(&s, folder, 1000, &err), -EINVAL);
+    assert_non_null(strstr(err.text, "not a regular file"));
+    dx_slurp_fini(&s);
+    buffer_fini(&plain);
+    buffer_fini(&two);
+    buffer_fini(&gz);
+    free(path);
+    free(fifo);
+    remove_folder(folder);
+}
+
+static void slurp_refuses_every_truncated_gzip(void **state)
+{
+    char *folder = make_folder();
+    char *path = path_in(folder, "f");
+    struct buffer plain = {0}, gz;
+    struct dx_slurp s = {0};
+    struct dx_err err;
+
+    (void)state;
+    buffer_print(&plain, "some words, some words, some other words\n");
+    gz = gzipped(&plain);
+    for (size_t len = 2; len < gz.len; len++) {
+        write_file(folder, "f", gz.bytes, len);
+        assert_int_equal(dx_slurp_file(&s, path, 1000, &err), -EBADMSG);
+        assert_non_null(strstr(err.text, "gzip data end early"));
+        assert_int_equal(s.len, 0);
+    }
+    dx_slurp_fini(&s);
+    buffer_fini(&plain);
+    buffer_fini(&gz);
+    free(path);
+    remove_folder(folder);
+}
+
+/* ---- pace -------------------------------------------------------------------------------------
+ */
+
+static void *wake_it(void *arg)
+{
+    dx_file_driver.wake(arg);
+    return NULL;
+}
+
+/* At one frame in 1000 s the second is never due: only a wake ends the wait, and nothing is lost.
+ */
+static void waits_and_wakes(void **state)
+{
+    char *folder = make_folder();
+    struct dx_file_config config = file_config(folder);
+    struct dx_device *dev;
+    struct kept k = {0};
+    pthread_t thread;
+
+    (void)state;
+    write_scan(folder, "a.ptx", 0, 5, 0);
+    write_scan(folder, "b.ptx", 0, 5, 0);
+    config.rate = 1;
+    config.fps = 0.001;
+    dev = open_device(&config);
+    expect_step(dev, &k, 0, "");
+    assert_int_equal(pthread_create(&thread, NULL, wake_it, dev), 0);
+    expect_step(dev, &k, DX_DRIVER_E_AGAIN, "");
+    pthread_join(thread, NULL);
+    dx_file_driver.wake(dev); /* before the wait: it ends at once */
+    expect_step(dev, &k, DX_DRIVER_E_AGAIN, "");
+    dx_file_driver.start(dev, NULL); /* begins anew: what was waited for is due */
+    expect_step(dev, &k, 0, "");
+    assert_int_equal(k.part.frame, 1);
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    kept_fini(&k);
+    remove_folder(folder);
+}
+
+static void paces_by_stamps(void **state)
+{
+    uint64_t begin = dx_pace_now();
+    struct dx_pace p;
+
+    (void)state;
+    assert_int_equal(dx_pace_init(&p, 100), 0);
+    for (uint64_t n = 0; n <= 5; n++)
+        assert_int_equal(dx_pace_wait(&p, 7000000000u + n * 100000000), 0);
+    assert_true(dx_pace_now() - begin >= 5000000); /* 0.5 s at 100 times */
+    assert_int_equal(dx_pace_wait(&p, 0), 0);      /* the past is due */
+    dx_pace_fini(&p);
+    assert_int_equal(dx_pace_init(&p, 0), 0);
+    assert_int_equal(dx_pace_wait(&p, 0), 0);
+    assert_int_equal(dx_pace_wait(&p, UINT64_MAX), 0);
+    dx_pace_fini(&p);
+    assert_int_equal(dx_pace_init(&p, -1), -EINVAL);
+    dx_pace_fini(&p);
+}
+
+/* ---- real scans -------------------------------------------------------------------------------
+ */
+
+/* Every point of the plane within half a unit, and the model's residual, of the file's. */
+static void replays_real_files(void **state)
+{
+    static const struct {
+        const char *name;
+        enum dx_model model;
+        uint32_t width, height;
+        double valid, max_range;
+    } files[] = {
+        {"ptx/pump.ptx.gz", DX_MODEL_TABLE, 345, 1074, 0.4189, 5.43},
+        {"pcd/grabber-000.pcd", DX_MODEL_PINHOLE, 640, 480, 0.884, 1.71},
+        {"pcd/grabber-*.pcd", DX_MODEL_PINHOLE, 640, 480, 0.884, 1.71},
+        {"pcd/milk_cartoon_all_small_clorox.pcd", DX_MODEL_PINHOLE, 640, 480, 0.786, 2.06},
+        {"pcd/table_scene_mug_stereo_textured.pcd", DX_MODEL_PINHOLE, 640, 480, 0.681, 2.59},
+    };
+    const char *folder = getenv("DEXEL_DATA");
+
+    (void)state;
+    if (!folder || access(folder, R_OK) != 0)
+        skip();
+    for (size_t n = 0; n < sizeof(files) / sizeof(files[0]); n++) {
+        struct dx_device *dev = open_path(folder, files[n].name);
+        const struct dx_fit_report *r;
+        struct kept k = {0};
+        char text[200];
+
+        expect_step(dev, &k, 0, "");
+        r = dx_file_fit_report(dev);
+        dx_file_driver.describe(dev, text, sizeof(text));
+        print_message("%s (spinning %.3g, pinhole %.3g)\n", text, r->rms_spinning, r->rms_pinhole);
+        assert_int_equal(k.geometry->model, files[n].model);
+        assert_int_equal(k.geometry->width, files[n].width);
+        assert_int_equal(k.geometry->height, files[n].height);
+        assert_true(fabs(r->valid - files[n].valid) < 1e-3);
+        assert_true(fabs(r->max_range_m - files[n].max_range) < 0.01);
+        assert_true(r->rms_dexel < 0.01);
+        while (k.n_frames < 2 && strchr(files[n].name, '*'))
+            expect_step(dev, &k, 0, "");
+        assert_int_equal(k.n_geometries, 1);
+        expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+        close_device(dev);
+        kept_fini(&k);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(replays_a_file),
+        cmocka_unit_test(replays_a_folder_in_order),
+        cmocka_unit_test(replays_all_scans_of_a_file),
+        cmocka_unit_test(tells_a_geometry_that_changed),
+        cmocka_unit_test(makes_the_attribute_asked_for),
+        cmocka_unit_test(passes_over_damaged_files),
+        cmocka_unit_test(loops),
+        cmocka_unit_test(passes_up_what_the_sink_says),
+        cmocka_unit_test(refuses_what_is_not_there),
+        cmocka_unit_test(slurps_within_bounds),
+        cmocka_unit_test(slurp_refuses_every_truncated_gzip),
+        cmocka_unit_test(waits_and_wakes),
+        cmocka_unit_test(paces_by_stamps),
+        cmocka_unit_test(replays_real_files),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
