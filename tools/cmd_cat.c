@@ -5,7 +5,7 @@
  */
 #include "tools/args.h"
 #include "tools/cat_args.h"
-#include "tools/clock.h"
+#include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/mesh_store.h"
 #include "tools/out_mesh.h"
@@ -252,7 +252,7 @@ static int on_state(void *user, enum dexel_state state, const char *reason)
     static const char *const names[] = {"opening", "live", "stalled", "gone", "ended"};
     struct cat *cat = user;
 
-    if (!cat->args.quiet && state != DEXEL_LIVE_STATE && state <= DEXEL_ENDED)
+    if (!cat->args.quiet && state > DEXEL_LIVE_STATE && state <= DEXEL_ENDED)
         fprintf(stderr, "%s%s%s%s\n", cat->live_line ? "\r\033[K" : "", names[state],
                 *reason ? ": " : "", reason);
     return state == DEXEL_ENDED ? DONE : 0;
