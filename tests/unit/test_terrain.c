@@ -1,7 +1,7 @@
 /*
- * Terrain mode against its invariants (docs/terrain.md: T1-T5, T7, T13) on the simulated scenes, and
- * against an oracle that shares no code with it: the rules as written, cell by cell over the whole
- * frame.
+ * Terrain mode against its invariants (docs/terrain.md: T1-T5, T7, T13) on the simulated scenes,
+ * and against an oracle that shares no code with it: the rules as written, cell by cell over the
+ * whole frame.
  */
 #include <setjmp.h>
 #include <stdarg.h>
