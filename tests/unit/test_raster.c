@@ -83,7 +83,7 @@ static void test_shared_edges_have_one_owner(void **state)
             r.depth[p] = INFINITY;
         triangle(&r, (float[]){3.5f, 4.5f, a[0], a[1], b[0], b[1]}, 1, 10);
         for (int p = 0; p < 64; p++)
-            n_covered[p] += isfinite(r.depth[p]);
+            n_covered[p] += isfinite(r.depth[p]) ? 1 : 0;
     }
     for (int p = 0; p < 64; p++)
         assert_int_equal(n_covered[p], 1);
@@ -165,7 +165,7 @@ static size_t n_drawn(const struct dx_mesh *m, const struct dx_camera *c, uint32
 
     assert_int_equal(dx_render_mesh(&r, m, rgb, c), 0);
     for (size_t k = 0; k < (size_t)w * h; k++)
-        n += isfinite(r.depth[k]);
+        n += isfinite(r.depth[k]) ? 1 : 0;
     *digest = dx_hash(0, r.rgb, (size_t)w * h * 3);
     dx_raster_fini(&r);
     return n;
