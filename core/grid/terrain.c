@@ -229,22 +229,36 @@ static void describe(const struct dx_terrain *t, uint32_t number, struct dx_tile
     tile->attr_bytes = t->published.attr_bytes;
 }
 
+/* n samples of the array from element k on, widened to what a tile holds. */
+static void gather_run(const struct dx_plane *p, size_t k, uint32_t n, uint32_t *range,
+                       uint16_t *attr)
+{
+    if (p->range_bytes == 4)
+        memcpy(range, (const uint32_t *)p->range + k, n * sizeof(*range));
+    else
+        for (uint32_t j = 0; j < n; j++)
+            range[j] = ((const uint16_t *)p->range)[k + j];
+    if (p->attr_bytes == 2)
+        memcpy(attr, (const uint16_t *)p->attr + k, n * sizeof(*attr));
+    else if (p->attr_bytes == 1)
+        for (uint32_t j = 0; j < n; j++)
+            attr[j] = ((const uint8_t *)p->attr)[k + j];
+}
+
 /* The samples under a tile's own cells, in block order. */
 static void gather(const struct dx_terrain *t, struct dx_tile *tile)
 {
     const struct dx_plane *p = &t->published;
+    uint32_t col = (uint32_t)tile->col * DX_TILE_CELLS, n = (uint32_t)tile->cell_cols + 1;
+    uint32_t first = n < p->width - col ? n : p->width - col;
 
     for (uint32_t i = 0; i <= tile->cell_rows; i++) {
         size_t row = ((size_t)tile->row * DX_TILE_CELLS + i) * p->width;
-        uint32_t col = (uint32_t)tile->col * DX_TILE_CELLS;
-        uint32_t *range = tile->range + (size_t)(i + 1) * DX_BLOCK + 1;
-        uint16_t *attr = tile->attr + (size_t)(i + 1) * DX_BLOCK + 1;
+        size_t at = (size_t)(i + 1) * DX_BLOCK + 1;
 
-        for (uint32_t j = 0; j <= tile->cell_cols; j++, col++) {
-            col = col < p->width ? col : 0;
-            range[j] = dx_plane_range(p, row + col);
-            attr[j] = (uint16_t)dx_plane_attr(p, row + col);
-        }
+        gather_run(p, row + col, first, tile->range + at, tile->attr + at);
+        if (first < n) /* past the seam */
+            gather_run(p, row, n - first, tile->range + at + first, tile->attr + at + first);
     }
 }
 

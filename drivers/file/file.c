@@ -128,7 +128,7 @@ static void set_block(struct dx_device *dev, size_t len)
     if (dev->scans++ == 0)
         snprintf(dev->source, sizeof(dev->source), "%s", path);
     else
-        snprintf(dev->source, sizeof(dev->source), "%s, scan %u", path, dev->scans);
+        snprintf(dev->source, sizeof(dev->source), "scan %u of %s", dev->scans, path);
     dev->block = (struct dx_block){
         .bytes = len ? dev->file.bytes + dev->offset : NULL,
         .len = len,

@@ -169,7 +169,33 @@ static void replays_all_scans_of_a_file(void **state)
     expect_step(dev, &k, 0, "");
     assert_int_equal(k.n_geometries, 2); /* another pose */
     assert_true(k.geometry->pose[3] == 1);
-    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "three.ptx, scan 3: line 70: ");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "scan 3 of ");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    kept_fini(&k);
+    buffer_fini(&b);
+    remove_folder(folder);
+}
+
+static void says_what_is_no_recording(void **state)
+{
+    char *folder = make_folder();
+    struct buffer b = {0};
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    write_file(folder, "notes.txt", "text\n", 5);
+    dev = open_path(folder, "notes.txt");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "notes.txt: neither PTX nor PCD");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    add_scan(&b, 0, 2, 0);
+    buffer_print(&b, "rubbish\n");
+    write_file(folder, "a.ptx", b.bytes, b.len);
+    dev = open_path(folder, "a.ptx");
+    expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "a.ptx: line 1: \"rubbish\", expected a number of");
     expect_step(dev, &k, DX_DRIVER_E_EOF, "");
     close_device(dev);
     kept_fini(&k);
@@ -563,6 +589,7 @@ int main(void)
         cmocka_unit_test(replays_a_file),
         cmocka_unit_test(replays_a_folder_in_order),
         cmocka_unit_test(replays_all_scans_of_a_file),
+        cmocka_unit_test(says_what_is_no_recording),
         cmocka_unit_test(tells_a_geometry_that_changed),
         cmocka_unit_test(makes_the_attribute_asked_for),
         cmocka_unit_test(passes_over_damaged_files),

@@ -280,7 +280,8 @@ static void reports_a_camera(void **state)
     dx_geometry_unref(g);
 }
 
-/* Rows that curve by up to 1.5 steps: a table, exact at the returns and close where there is none. */
+/* Rows that curve by up to 1.5 steps: a table, exact at the returns and close where there is none.
+ */
 static void makes_a_table_of_the_rest(void **state)
 {
     struct scanner s = turning;
