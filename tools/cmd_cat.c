@@ -61,6 +61,12 @@ static const char *model_name(enum dexel_model model)
     return "unknown";
 }
 
+static int fail(const char *what, int rc)
+{
+    fprintf(stderr, "dexel cat: %s: %s\n", what, strerror(-rc));
+    return FAILED;
+}
+
 /* ---- output
  * --------------------------------------------------------------------------------------- */
 
@@ -138,7 +144,7 @@ static int print_stats(const struct cat *cat, const struct dx_mesh *mesh, double
     int rc = dx_mesh_stats_compute(&stats, mesh);
 
     if (rc < 0)
-        return rc;
+        return fail("the statistics", rc);
     o = dx_stats_json(&stats);
     json_object_set_new(o, "seconds", json_real(seconds));
     json_object_set_new(o, "geometry", json_string(model_name(cat->stream.model)));
@@ -154,12 +160,6 @@ static int print_stats(const struct cat *cat, const struct dx_mesh *mesh, double
         o, "latency_ms",
         json_pack("{s:f, s:f}", "last", cat->latency_ms, "worst", cat->worst_latency_ms));
     return dx_json_print(o, "dexel cat");
-}
-
-static int fail(const char *what, int rc)
-{
-    fprintf(stderr, "dexel cat: %s: %s\n", what, strerror(-rc));
-    return FAILED;
 }
 
 /* ---- what the service says
@@ -306,11 +306,11 @@ static int finish(struct cat *cat)
     if (!cat->args.stats && (!cat->args.out || cat->args.every))
         return 0;
     rc = dx_mesh_store_weld(&mesh, cat->mesh);
+    if (rc < 0)
+        fail("the mesh", rc);
     if (rc == 0 && cat->args.stats)
         rc = print_stats(cat, &mesh, seconds);
-    if (rc < 0)
-        fprintf(stderr, "dexel cat: the mesh: %s\n", strerror(-rc));
-    else if (cat->args.out && !cat->args.every)
+    if (rc == 0 && cat->args.out && !cat->args.every)
         rc = write_mesh(cat, &mesh);
     dx_mesh_fini(&mesh);
     return rc;
