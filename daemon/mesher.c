@@ -227,6 +227,20 @@ static void send_epoch(struct dx_mesher *m)
     }
 }
 
+/* Dexels with a return, for the status. */
+static uint64_t count_valid(const struct dx_plane *plane)
+{
+    size_t n = dx_plane_n_dexels(plane), n_valid = 0;
+
+    if (plane->range_bytes == 2)
+        for (size_t k = 0; k < n; k++)
+            n_valid += ((const uint16_t *)plane->range)[k] != 0;
+    else
+        for (size_t k = 0; k < n; k++)
+            n_valid += ((const uint32_t *)plane->range)[k] != 0;
+    return n_valid;
+}
+
 /* ---- taking --------------------------------------------------------------------------------- */
 
 static void commit_mesh(struct dx_mesher *m)
@@ -249,6 +263,7 @@ static void commit_mesh(struct dx_mesher *m)
     m->commit_ns = dx_clock_ns();
     dx_count(&m->counters->mesh_ns, m->commit_ns - start);
     dx_set(&m->counters->mesh_ns_last, m->commit_ns - start);
+    dx_set(&m->counters->n_valid, count_valid(dx_terrain_published(m->terrain)));
 }
 
 static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr_bytes)

@@ -496,6 +496,5 @@ int main(void)
         cmocka_unit_test(drops_ranges_that_do_not_fit),
         cmocka_unit_test(tells_departures),
     };
-
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
