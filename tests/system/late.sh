@@ -2,13 +2,15 @@
 # Late joiners hold what early subscribers hold: late.c. With noise every tile changes in every frame.
 set -eu
 . tests/daemon.sh
+size=640x480 fps=10
+"$B/tests/sanitized" || size=160x120 fps=4
 
 cat >"$run/late.yaml" <<EOF
 socket: $run/mesh.sock
 control_socket: $run/control.sock
 streams:
   - name: box
-    synthetic: {scene: moving-box, size: 640x480, noise: 0.003, fps: 10}
+    synthetic: {scene: moving-box, size: $size, noise: 0.003, fps: $fps}
 EOF
 start_dexeld -c "$run/late.yaml"
 "$B/tests/late" "$run/mesh.sock"

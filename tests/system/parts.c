@@ -26,7 +26,7 @@ int main(int argc, char **argv)
         die("usage: parts SOCKET");
     follower_open(&whole, argv[1], "whole", DEXEL_F32);
     follower_open(&parts, argv[1], "parts", DEXEL_Q16);
-    while (n_same < N_FRAMES && whole.last.frame < MAX_SEEN) {
+    while ((n_same < N_FRAMES || parts.n_partial < N_FRAMES) && whole.last.frame < MAX_SEEN) {
         followers_turn(both, 2, -1);
         note(seen[0], &whole);
         note(seen[1], &parts);
