@@ -5,6 +5,7 @@
 #include "daemon/mesher.h"
 
 #include "daemon/clock.h"
+#include "daemon/encoder.h"
 #include "daemon/log.h"
 
 #include <errno.h>
@@ -12,20 +13,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define WINDOW 16 /* tiles encoded at a time: enough for the pool, small enough for the cache */
-
-/* A tile on its way to the feed: its chunk in each encoding that wants it (len 0: not wanted). */
-struct encode_job {
-    uint32_t tile;
-    size_t len[DX_N_ENCODINGS];
-    uint8_t *body[DX_N_ENCODINGS];
-};
-
-struct encode_scratch {
-    struct dx_tile tile;
-    struct dx_tile_mesh mesh;
-};
 
 struct dx_mesher {
     struct dx_mesher_config config;
@@ -48,8 +35,7 @@ struct dx_mesher {
 
     uint32_t served[DX_N_ENCODINGS];   /* generation that has been sent whole */
     uint64_t *pending[DX_N_ENCODINGS]; /* tiles that changed since they were sent */
-    struct encode_job job[WINDOW];
-    struct encode_scratch *scratch; /* one a thread */
+    struct dx_encoder *encoder;
 };
 
 static void free_pending(struct dx_mesher *m)
@@ -74,21 +60,12 @@ int dx_mesher_new(struct dx_mesher **out, const struct dx_mesher_config *config,
     m->counters = counters;
     m->pool = pool;
     sem_init(&m->wake, 0, 0);
-    m->scratch = calloc(dx_pool_threads(pool), sizeof(*m->scratch));
-    if (!m->scratch)
-        goto err_memory;
-    for (int k = 0; k < WINDOW; k++)
-        for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
-            m->job[k].body[e] = malloc(dx_chunk_max_len((enum dx_encoding)e));
-            if (!m->job[k].body[e])
-                goto err_memory;
-        }
+    if (dx_encoder_new(&m->encoder, pool) < 0) {
+        dx_mesher_free(m);
+        return -ENOMEM;
+    }
     *out = m;
     return 0;
-
-err_memory:
-    dx_mesher_free(m);
-    return -ENOMEM;
 }
 
 void dx_mesher_free(struct dx_mesher *m)
@@ -98,10 +75,7 @@ void dx_mesher_free(struct dx_mesher *m)
     free_pending(m);
     dx_terrain_free(m->terrain);
     dx_geometry_unref(m->geometry);
-    for (int k = 0; k < WINDOW; k++)
-        for (int e = 0; e < DX_N_ENCODINGS; e++)
-            free(m->job[k].body[e]);
-    free(m->scratch);
+    dx_encoder_free(m->encoder);
     sem_destroy(&m->wake);
     free(m);
 }
@@ -120,66 +94,6 @@ void dx_mesher_stop(struct dx_mesher *m)
 }
 
 /* ---- sending -------------------------------------------------------------------------------- */
-
-/* Runs on the pool: the chunks of one tile. */
-static void encode_tile(void *ctx, uint32_t task, unsigned thread)
-{
-    struct dx_mesher *m = ctx;
-    struct encode_job *job = &m->job[task];
-    struct encode_scratch *s = &m->scratch[thread];
-    bool some = dx_terrain_tile(m->terrain, job->tile, &s->tile);
-
-    for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
-        if (!job->len[e])
-            continue;
-        if (!some) {
-            job->len[e] =
-                dx_chunk_put_empty(job->body[e], (enum dx_encoding)e, s->tile.row, s->tile.col);
-        } else if (e == DX_ENCODING_F32) {
-            dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(m->terrain),
-                               dx_terrain_geometry(m->terrain));
-            job->len[e] = dx_chunk_put_f32(job->body[e], &s->mesh);
-        } else {
-            job->len[e] = dx_chunk_put_q16(job->body[e], &s->tile);
-        }
-    }
-}
-
-/* Encodes the first n jobs and adds them to the open epoch. False: short of chunks. */
-static bool flush_jobs(struct dx_mesher *m, uint32_t n)
-{
-    dx_pool_run(m->pool, n, encode_tile, m);
-    for (uint32_t k = 0; k < n; k++)
-        for (unsigned e = 0; e < DX_N_ENCODINGS; e++)
-            if (m->job[k].len[e] && !dx_feed_add(m->feed, m->job[k].tile, (enum dx_encoding)e,
-                                                 m->job[k].body[e], m->job[k].len[e]))
-                return false;
-    return true;
-}
-
-static bool add_pending(struct dx_mesher *m)
-{
-    uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)), n = 0;
-
-    for (uint32_t t = 0; t < n_tiles; t++) {
-        struct encode_job *job = &m->job[n];
-        bool any = false;
-
-        for (int e = 0; e < DX_N_ENCODINGS; e++) {
-            job->len[e] = m->pending[e][t / 64] >> (t % 64) & 1;
-            any |= job->len[e];
-        }
-        if (!any)
-            continue;
-        job->tile = t;
-        if (++n == WINDOW) {
-            if (!flush_jobs(m, n))
-                return false;
-            n = 0;
-        }
-    }
-    return n == 0 || flush_jobs(m, n);
-}
 
 /* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
 static bool update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
@@ -209,7 +123,7 @@ static void send_epoch(struct dx_mesher *m)
     if (!update_pending(m, wanted) && !m->unsent)
         return;
     dx_feed_begin(m->feed, m->epoch + 1, wanted);
-    if (!add_pending(m)) {
+    if (!dx_encoder_add(m->encoder, m->feed, m->terrain, m->pending)) {
         dx_feed_abort(m->feed);
         dx_count(&m->counters->n_short_of_chunks, 1);
         m->unsent = true;
@@ -225,6 +139,20 @@ static void send_epoch(struct dx_mesher *m)
         memset(m->pending[e], 0, (n / 64 + 1) * 8);
         m->served[e] = wanted[e];
     }
+}
+
+/* Dexels with a return, for the status. */
+static uint64_t count_valid(const struct dx_plane *plane)
+{
+    size_t n = dx_plane_n_dexels(plane), n_valid = 0;
+
+    if (plane->range_bytes == 2)
+        for (size_t k = 0; k < n; k++)
+            n_valid += ((const uint16_t *)plane->range)[k] != 0;
+    else
+        for (size_t k = 0; k < n; k++)
+            n_valid += ((const uint32_t *)plane->range)[k] != 0;
+    return n_valid;
 }
 
 /* ---- taking --------------------------------------------------------------------------------- */
@@ -249,6 +177,7 @@ static void commit_mesh(struct dx_mesher *m)
     m->commit_ns = dx_clock_ns();
     dx_count(&m->counters->mesh_ns, m->commit_ns - start);
     dx_set(&m->counters->mesh_ns_last, m->commit_ns - start);
+    dx_set(&m->counters->n_valid, count_valid(dx_terrain_published(m->terrain)));
 }
 
 static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr_bytes)

@@ -7,7 +7,7 @@
 #include "drivers/synth/scene.h"
 #include "tools/alloc_count.h"
 #include "tools/args.h"
-#include "tools/clock.h"
+#include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/stats_json.h"
 

@@ -5,7 +5,7 @@
  */
 #include "tools/args.h"
 #include "tools/cat_args.h"
-#include "tools/clock.h"
+#include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/mesh_store.h"
 #include "tools/out_mesh.h"
@@ -59,6 +59,12 @@ static const char *model_name(enum dexel_model model)
         return "table";
     }
     return "unknown";
+}
+
+static int fail(const char *what, int rc)
+{
+    fprintf(stderr, "dexel cat: %s: %s\n", what, strerror(-rc));
+    return FAILED;
 }
 
 /* ---- output
@@ -138,7 +144,7 @@ static int print_stats(const struct cat *cat, const struct dx_mesh *mesh, double
     int rc = dx_mesh_stats_compute(&stats, mesh);
 
     if (rc < 0)
-        return rc;
+        return fail("the statistics", rc);
     o = dx_stats_json(&stats);
     json_object_set_new(o, "seconds", json_real(seconds));
     json_object_set_new(o, "geometry", json_string(model_name(cat->stream.model)));
@@ -154,12 +160,6 @@ static int print_stats(const struct cat *cat, const struct dx_mesh *mesh, double
         o, "latency_ms",
         json_pack("{s:f, s:f}", "last", cat->latency_ms, "worst", cat->worst_latency_ms));
     return dx_json_print(o, "dexel cat");
-}
-
-static int fail(const char *what, int rc)
-{
-    fprintf(stderr, "dexel cat: %s: %s\n", what, strerror(-rc));
-    return FAILED;
 }
 
 /* ---- what the service says
@@ -252,7 +252,7 @@ static int on_state(void *user, enum dexel_state state, const char *reason)
     static const char *const names[] = {"opening", "live", "stalled", "gone", "ended"};
     struct cat *cat = user;
 
-    if (!cat->args.quiet && state != DEXEL_LIVE_STATE && state <= DEXEL_ENDED)
+    if (!cat->args.quiet && state > DEXEL_LIVE_STATE && state <= DEXEL_ENDED)
         fprintf(stderr, "%s%s%s%s\n", cat->live_line ? "\r\033[K" : "", names[state],
                 *reason ? ": " : "", reason);
     return state == DEXEL_ENDED ? DONE : 0;
@@ -306,11 +306,11 @@ static int finish(struct cat *cat)
     if (!cat->args.stats && (!cat->args.out || cat->args.every))
         return 0;
     rc = dx_mesh_store_weld(&mesh, cat->mesh);
+    if (rc < 0)
+        fail("the mesh", rc);
     if (rc == 0 && cat->args.stats)
         rc = print_stats(cat, &mesh, seconds);
-    if (rc < 0)
-        fprintf(stderr, "dexel cat: the mesh: %s\n", strerror(-rc));
-    else if (cat->args.out && !cat->args.every)
+    if (rc == 0 && cat->args.out && !cat->args.every)
         rc = write_mesh(cat, &mesh);
     dx_mesh_fini(&mesh);
     return rc;

@@ -1,6 +1,6 @@
 /* dexel mesh: a scan file to a mesh file, without the service. */
 #include "core/wire/wire.h"
-#include "tools/clock.h"
+#include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/offline.h"
 #include "tools/out_mesh.h"

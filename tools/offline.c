@@ -3,7 +3,7 @@
 
 #include "core/wire/chunk.h"
 #include "drivers/file/file.h"
-#include "tools/clock.h"
+#include "tools/now.h"
 
 #include <errno.h>
 #include <stdlib.h>

@@ -19,6 +19,13 @@ static float dot(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+static void cross(float out[3], const float a[3], const float b[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
 static void normalize(float v[3])
 {
     float len = sqrtf(dot(v, v));
@@ -47,9 +54,7 @@ static void face_normals(float *normal, const struct dx_mesh *mesh)
             u[k] = b[k] - a[k];
             w[k] = c[k] - a[k];
         }
-        n[0] = u[1] * w[2] - u[2] * w[1];
-        n[1] = u[2] * w[0] - u[0] * w[2];
-        n[2] = u[0] * w[1] - u[1] * w[0];
+        cross(n, u, w);
         for (size_t k = 0; k < 9; k++)
             normal[3 * (size_t)i[k / 3] + k % 3] += n[k % 3];
     }
@@ -109,7 +114,7 @@ static void range_colour(float rgb[3], float x)
     static const uint8_t map[9][3] = {{68, 1, 84},    {71, 44, 122},  {59, 81, 139},
                                       {44, 113, 142}, {33, 144, 141}, {39, 173, 129},
                                       {92, 200, 99},  {170, 220, 50}, {253, 231, 37}};
-    float at = clamp01(x) * 8;
+    float at = 0.6f + clamp01(x) * 7.4f; /* from where shading still shows */
     int k = at < 7 ? (int)at : 7;
 
     for (int c = 0; c < 3; c++)
@@ -163,15 +168,16 @@ static float lamp(const float n[3], const float direction[3])
 
 /* The sky more than the ground, a lamp at the eye, and a stronger one above it to the left; 0..1.
  */
-static float light(const float n[3], const float to_eye[3], const float up[3], const float left[3])
+static float light(const float n[3], const float to_eye[3], const float up[3])
 {
-    float key[3];
+    float key[3], left[3];
 
+    cross(left, to_eye, up);
     for (int k = 0; k < 3; k++)
-        key[k] = to_eye[k] + 0.55f * up[k] + 0.55f * left[k];
+        key[k] = to_eye[k] + 0.4f * up[k] + 0.55f * left[k];
     normalize(key);
-    return 0.20f + 0.16f * (0.5f + 0.5f * dot(n, up)) + 0.24f * lamp(n, to_eye) +
-           0.46f * lamp(n, key);
+    return 0.22f + 0.16f * (0.5f + 0.5f * dot(n, up)) + 0.26f * lamp(n, to_eye) +
+           0.42f * lamp(n, key);
 }
 
 struct painter {
@@ -179,7 +185,7 @@ struct painter {
     const struct dx_mesh *mesh;
     const float *normal, *value, *distance;
     struct span values, distances;
-    float eye[3], up[3], left[3];
+    float eye[3], up[3];
 };
 
 static void paint(float rgb[3], const struct painter *p, size_t v)
@@ -190,7 +196,7 @@ static void paint(float rgb[3], const struct painter *p, size_t v)
     for (int k = 0; k < 3; k++)
         to_eye[k] = p->eye[k] - p->mesh->xyz[3 * v + (size_t)k];
     normalize(to_eye);
-    lit = light(p->normal + 3 * v, to_eye, p->up, p->left);
+    lit = light(p->normal + 3 * v, to_eye, p->up);
     memcpy(rgb, clay, sizeof(clay));
     if (p->shade == DX_SHADE_ATTR) {
         rgb[0] = rgb[1] = rgb[2] = 24 + 222 * in_span(&p->values, p->value[v]);
@@ -227,7 +233,6 @@ int dx_shade_vertices(float *rgb, const struct dx_mesh *mesh, enum dx_shade shad
     for (int k = 0; k < 3; k++) {
         p.eye[k] = (float)camera->eye[k];
         p.up[k] = (float)up[k];
-        p.left[k] = (float)-camera->right[k];
     }
     for (size_t v = 0; rc == 0 && v < n; v++) {
         value[v] = shade == DX_SHADE_ATTR && mesh->attr ? (float)mesh->attr[v]

@@ -9,7 +9,9 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <zlib.h>
 
+#include "core/base/trig.h"
 #include "drivers/file/file.h"
 #include "drivers/file/format.h"
 
@@ -190,6 +192,86 @@ static inline char *real_file(const char *name)
         path = NULL;
     }
     return path;
+}
+
+static inline struct buffer gzipped(const struct buffer *plain)
+{
+    z_stream z = {0};
+    struct buffer out = {0};
+    uint8_t room[65536];
+
+    assert_int_equal(deflateInit2(&z, 6, Z_DEFLATED, 31, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    z.next_in = plain->bytes;
+    z.avail_in = (uInt)plain->len;
+    z.next_out = room;
+    z.avail_out = sizeof(room);
+    assert_int_equal(deflate(&z, Z_FINISH), Z_STREAM_END);
+    buffer_add(&out, room, sizeof(room) - z.avail_out);
+    deflateEnd(&z);
+    return out;
+}
+
+#define HEADER "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n%g 0 0 1\n"
+enum { COLS = 12, ROWS = 5 };
+
+/* A spinning scan as PTX: `shift` turns it (in columns), `range` in metres, `x` the scanner's
+ * place. */
+static inline void add_scan(struct buffer *b, double shift, double range, double x)
+{
+    buffer_print(b, "%d\n%d\n" HEADER, COLS, ROWS, x);
+    for (int col = 0; col < COLS; col++)
+        for (int row = 0; row < ROWS; row++) {
+            double a = dx_rad((col + shift) * 30), e = dx_rad(-20 + 10 * row);
+
+            buffer_print(b, "%.9f %.9f %.9f %g\n", range * dx_cos(e) * dx_cos(a),
+                         range * dx_cos(e) * dx_sin(a), range * dx_sin(e), row / 4.0);
+        }
+}
+
+static inline void write_scan(const char *folder, const char *name, double shift, double range,
+                              double x)
+{
+    struct buffer b = {0};
+
+    add_scan(&b, shift, range, x);
+    write_file(folder, name, b.bytes, b.len);
+    buffer_fini(&b);
+}
+
+static inline struct dx_device *open_device(const struct dx_file_config *config)
+{
+    struct dx_device *dev = NULL;
+    struct dx_err err = {""};
+
+    if (dx_file_driver.open(&dev, config, &err))
+        fail_msg("%s", err.text);
+    assert_int_equal(dx_file_driver.start(dev, &err), 0);
+    return dev;
+}
+
+static inline struct dx_device *open_path(const char *folder, const char *name)
+{
+    char *path = path_in(folder, name);
+    struct dx_file_config config = file_config(path);
+    struct dx_device *dev = open_device(&config);
+
+    free(path); /* the device keeps what it needs */
+    return dev;
+}
+
+static inline void close_device(struct dx_device *dev)
+{
+    dx_file_driver.stop(dev);
+    dx_file_driver.close(dev);
+}
+
+static inline void expect_step(struct dx_device *dev, struct kept *k, int want, const char *message)
+{
+    struct dx_err err = {""};
+    int rc = step(dev, k, &err);
+
+    if (rc != want || !strstr(err.text, message))
+        fail_msg("%d \"%s\", expected %d \"%s\"", rc, err.text, want, message);
 }
 
 #endif

@@ -6,76 +6,11 @@
 #include "file_fixture.h"
 
 #include "core/base/trig.h"
-#include "drivers/file/slurp.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
-#include <sys/stat.h>
-#include <zlib.h>
-
-#define HEADER "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n%g 0 0 1\n"
-enum { COLS = 12, ROWS = 5 };
-
-/* A spinning scan as PTX: `shift` turns it (in columns), `range` in metres, `x` the scanner's
- * place. */
-static void add_scan(struct buffer *b, double shift, double range, double x)
-{
-    buffer_print(b, "%d\n%d\n" HEADER, COLS, ROWS, x);
-    for (int col = 0; col < COLS; col++)
-        for (int row = 0; row < ROWS; row++) {
-            double a = dx_rad((col + shift) * 30), e = dx_rad(-20 + 10 * row);
-
-            buffer_print(b, "%.9f %.9f %.9f %g\n", range * dx_cos(e) * dx_cos(a),
-                         range * dx_cos(e) * dx_sin(a), range * dx_sin(e), row / 4.0);
-        }
-}
-
-static void write_scan(const char *folder, const char *name, double shift, double range, double x)
-{
-    struct buffer b = {0};
-
-    add_scan(&b, shift, range, x);
-    write_file(folder, name, b.bytes, b.len);
-    buffer_fini(&b);
-}
-
-static struct dx_device *open_device(const struct dx_file_config *config)
-{
-    struct dx_device *dev = NULL;
-    struct dx_err err = {""};
-
-    if (dx_file_driver.open(&dev, config, &err))
-        fail_msg("%s", err.text);
-    assert_int_equal(dx_file_driver.start(dev, &err), 0);
-    return dev;
-}
-
-static struct dx_device *open_path(const char *folder, const char *name)
-{
-    char *path = path_in(folder, name);
-    struct dx_file_config config = file_config(path);
-    struct dx_device *dev = open_device(&config);
-
-    free(path); /* the device keeps what it needs */
-    return dev;
-}
-
-static void close_device(struct dx_device *dev)
-{
-    dx_file_driver.stop(dev);
-    dx_file_driver.close(dev);
-}
-
-static void expect_step(struct dx_device *dev, struct kept *k, int want, const char *message)
-{
-    struct dx_err err = {""};
-    int rc = step(dev, k, &err);
-
-    if (rc != want || !strstr(err.text, message))
-        fail_msg("%d \"%s\", expected %d \"%s\"", rc, err.text, want, message);
-}
 
 static void replays_a_file(void **state)
 {
@@ -255,23 +190,6 @@ static void makes_the_attribute_asked_for(void **state)
     remove_folder(folder);
 }
 
-static struct buffer gzipped(const struct buffer *plain)
-{
-    z_stream z = {0};
-    struct buffer out = {0};
-    uint8_t room[65536];
-
-    assert_int_equal(deflateInit2(&z, 6, Z_DEFLATED, 31, 8, Z_DEFAULT_STRATEGY), Z_OK);
-    z.next_in = plain->bytes;
-    z.avail_in = (uInt)plain->len;
-    z.next_out = room;
-    z.avail_out = sizeof(room);
-    assert_int_equal(deflate(&z, Z_FINISH), Z_STREAM_END);
-    buffer_add(&out, room, sizeof(room) - z.avail_out);
-    deflateEnd(&z);
-    return out;
-}
-
 /* What is damaged is reported once and by name, and the good files around it come. */
 static void passes_over_damaged_files(void **state)
 {
@@ -410,134 +328,6 @@ static void refuses_what_is_not_there(void **state)
 /* ---- slurp ------------------------------------------------------------------------------------
  */
 
-static void slurps_within_bounds(void **state)
-{
-    char *folder = make_folder();
-    char *path = path_in(folder, "f"), *fifo = path_in(folder, "fifo");
-    struct buffer plain = {0}, gz, two = {0};
-    struct dx_slurp s = {0};
-    struct dx_err err;
-
-    (void)state;
-    for (int k = 0; k < 1000; k++)
-        buffer_print(&plain, "line %d of a thousand\n", k);
-    gz = gzipped(&plain);
-    buffer_add(&two, gz.bytes, gz.len); /* two members and rubbish after them */
-    buffer_add(&two, gz.bytes, gz.len);
-    buffer_add(&two, "\0\0\0", 3);
-    write_file(folder, "f", plain.bytes, plain.len);
-    assert_int_equal(dx_slurp_file(&s, path, plain.len, &err), 0);
-    assert_int_equal(s.len, plain.len);
-    assert_int_equal(dx_slurp_file(&s, path, plain.len - 1, &err), -EFBIG);
-    write_file(folder, "f", gz.bytes, gz.len);
-    assert_int_equal(dx_slurp_file(&s, path, plain.len, &err), 0);
-    assert_int_equal(s.len, plain.len);
-    assert_memory_equal(s.bytes, plain.bytes, plain.len);
-    assert_int_equal(dx_slurp_file(&s, path, plain.len - 1, &err), -EFBIG);
-    assert_non_null(strstr(err.text, "f: more than "));
-    write_file(folder, "f", two.bytes, two.len);
-    assert_int_equal(dx_slurp_file(&s, path, 2 * plain.len, &err), 0);
-    assert_int_equal(s.len, 2 * plain.len);
-    assert_int_equal(mkfifo(fifo, 0600), 0);
-    assert_int_equal(dx_slurp_file(&s, fifo, 1000, &err), -EINVAL);
-    assert_int_equal(dx_slurp_file(&s, folder, 1000, &err), -EINVAL);
-    assert_non_null(strstr(err.text, "not a regular file"));
-    dx_slurp_fini(&s);
-    buffer_fini(&plain);
-    buffer_fini(&two);
-    buffer_fini(&gz);
-    free(path);
-    free(fifo);
-    remove_folder(folder);
-}
-
-static void slurp_refuses_every_truncated_gzip(void **state)
-{
-    char *folder = make_folder();
-    char *path = path_in(folder, "f");
-    struct buffer plain = {0}, gz;
-    struct dx_slurp s = {0};
-    struct dx_err err;
-
-    (void)state;
-    buffer_print(&plain, "some words, some words, some other words\n");
-    gz = gzipped(&plain);
-    for (size_t len = 2; len < gz.len; len++) {
-        write_file(folder, "f", gz.bytes, len);
-        assert_int_equal(dx_slurp_file(&s, path, 1000, &err), -EBADMSG);
-        assert_non_null(strstr(err.text, "gzip data end early"));
-        assert_int_equal(s.len, 0);
-    }
-    dx_slurp_fini(&s);
-    buffer_fini(&plain);
-    buffer_fini(&gz);
-    free(path);
-    remove_folder(folder);
-}
-
-/* ---- pace -------------------------------------------------------------------------------------
- */
-
-static void *wake_it(void *arg)
-{
-    dx_file_driver.wake(arg);
-    return NULL;
-}
-
-/* At one frame in 1000 s the second is never due: only a wake ends the wait, and nothing is lost.
- */
-static void waits_and_wakes(void **state)
-{
-    char *folder = make_folder();
-    struct dx_file_config config = file_config(folder);
-    struct dx_device *dev;
-    struct kept k = {0};
-    pthread_t thread;
-
-    (void)state;
-    write_scan(folder, "a.ptx", 0, 5, 0);
-    write_scan(folder, "b.ptx", 0, 5, 0);
-    config.rate = 1;
-    config.fps = 0.001;
-    dev = open_device(&config);
-    expect_step(dev, &k, 0, "");
-    assert_int_equal(pthread_create(&thread, NULL, wake_it, dev), 0);
-    expect_step(dev, &k, DX_DRIVER_E_AGAIN, "");
-    pthread_join(thread, NULL);
-    dx_file_driver.wake(dev); /* before the wait: it ends at once */
-    expect_step(dev, &k, DX_DRIVER_E_AGAIN, "");
-    dx_file_driver.start(dev, NULL); /* begins anew: what was waited for is due */
-    expect_step(dev, &k, 0, "");
-    assert_int_equal(k.part.frame, 1);
-    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
-    close_device(dev);
-    kept_fini(&k);
-    remove_folder(folder);
-}
-
-static void paces_by_stamps(void **state)
-{
-    uint64_t begin = dx_pace_now();
-    struct dx_pace p;
-
-    (void)state;
-    assert_int_equal(dx_pace_init(&p, 100), 0);
-    for (uint64_t n = 0; n <= 5; n++)
-        assert_int_equal(dx_pace_wait(&p, 7000000000u + n * 100000000), 0);
-    assert_true(dx_pace_now() - begin >= 5000000); /* 0.5 s at 100 times */
-    assert_int_equal(dx_pace_wait(&p, 0), 0);      /* the past is due */
-    dx_pace_fini(&p);
-    assert_int_equal(dx_pace_init(&p, 0), 0);
-    assert_int_equal(dx_pace_wait(&p, 0), 0);
-    assert_int_equal(dx_pace_wait(&p, UINT64_MAX), 0);
-    dx_pace_fini(&p);
-    assert_int_equal(dx_pace_init(&p, -1), -EINVAL);
-    dx_pace_fini(&p);
-}
-
-/* ---- real scans -------------------------------------------------------------------------------
- */
-
 /* Every point of the plane within half a unit, and the model's residual, of the file's. */
 static void replays_real_files(void **state)
 {
@@ -596,10 +386,6 @@ int main(void)
         cmocka_unit_test(loops),
         cmocka_unit_test(passes_up_what_the_sink_says),
         cmocka_unit_test(refuses_what_is_not_there),
-        cmocka_unit_test(slurps_within_bounds),
-        cmocka_unit_test(slurp_refuses_every_truncated_gzip),
-        cmocka_unit_test(waits_and_wakes),
-        cmocka_unit_test(paces_by_stamps),
         cmocka_unit_test(replays_real_files),
     };
 

@@ -3,7 +3,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
-
 #include "core/base/rng.h"
 #include "core/base/trig.h"
 #include "core/grid/fit.h"
@@ -15,7 +14,7 @@
 
 static const struct dx_fit_options automatic = {0, -1};
 
-/* A scanner to be recovered; the directions come from one of the functions below. */
+/* A scanner to be recovered. */
 struct scanner {
     uint32_t height, width;
     double azimuth0, azimuth_step, elevation0, elevation_step; /* degrees */
@@ -497,6 +496,5 @@ int main(void)
         cmocka_unit_test(drops_ranges_that_do_not_fit),
         cmocka_unit_test(tells_departures),
     };
-
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

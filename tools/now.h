@@ -1,6 +1,6 @@
 /* The monotonic clock, for durations and for stamps of services on this machine. */
-#ifndef DX_CLOCK_H
-#define DX_CLOCK_H
+#ifndef DX_NOW_H
+#define DX_NOW_H
 
 #include <stdint.h>
 #include <time.h>

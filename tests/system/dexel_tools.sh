@@ -1,0 +1,75 @@
+#!/bin/sh
+# dexel mesh, cat, render, status over one simulated sequence: the service and the offline tool give the same
+# bytes, wrong input and usage give the promised exit status, and a failed write leaves nothing behind.
+set -u
+B=$(cd "${B:-build}" && pwd)
+. "$(dirname "$0")/../daemon.sh"
+dexel=$B/bin/dexel
+cd "$run" || exit 1
+bad=0
+
+fail() { echo "$*"; bad=1; }
+expect() { # STATUS COMMAND...; output in out and err
+  want=$1
+  shift
+  "$@" >out 2>err
+  got=$?
+  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
+}
+says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
+digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
+
+expect 0 "$dexel" sim hall -o seq --size 300x130 --frames 4 --noise 0.004 --dropouts 0.01 --attr 16
+expect 0 "$dexel" mesh seq --stats -o last.ply
+last=$(digest)
+for options in '--encoding f32' '--encoding q16' '--threads 1' '--frame 3'; do
+  # shellcheck disable=SC2086 # option and value
+  expect 0 "$dexel" mesh seq --stats $options
+  [ "$(digest)" = "$last" ] || fail "another mesh with $options"
+done
+
+start_dexeld --replay seq --rate max --wait 1 --socket "$run/mesh.sock" || exit 1
+expect 0 "$dexel" cat --socket mesh.sock --lossless --encoding q16 --every -o every-%06d.ply --stats
+[ "$(digest)" = "$last" ] || fail 'lossless cat ends with another mesh'
+for n in 0 1 2 3; do
+  "$dexel" mesh seq --frame $n -o "frame-$n.ply"
+  cmp "frame-$n.ply" "every-00000$n.ply" || fail "frame $n differs"
+done
+for options in '--encoding f32' '--encoding q16' '--encoding q16 --pull'; do
+  # shellcheck disable=SC2086
+  expect 0 "$dexel" cat --socket mesh.sock $options -o cat.ply
+  cmp last.ply cat.ply || fail "late cat differs with $options"
+done
+expect 0 "$dexel" status --socket mesh.sock
+grep -q '^replay  *ended ' out || fail 'status does not show the stream'
+expect 0 "$dexel" status --socket mesh.sock --json
+expect 1 "$dexel" cat --socket mesh.sock --stream other
+stop_dexeld || fail 'dexeld failed'
+expect 1 "$dexel" cat --socket mesh.sock
+expect 1 "$dexel" status --socket mesh.sock
+
+expect 0 "$dexel" render seq -o scan.png --size 320x160
+expect 0 "$dexel" render last.ply -o mesh.png --size 320x160
+cmp scan.png mesh.png || fail 'a scan and its mesh look different'
+expect 0 "$dexel" render last.ply -o iso.png --size 320x160 --view iso --shade range --edges
+
+expect 2 "$dexel" mesh seq
+expect 2 "$dexel" mesh seq -o x.glb
+expect 2 "$dexel" mesh seq --stats --tilt abc
+says "dexel mesh: --tilt: found 'abc', expected degrees from 0 to 89"
+expect 2 "$dexel" mesh seq --stats --paper
+expect 2 "$dexel" cat --lossless --pull
+expect 2 "$dexel" render seq -o x.jpg
+expect 2 "$dexel" nothing
+expect 1 "$dexel" mesh none.ptx --stats
+expect 1 "$dexel" mesh seq --frame 4 --stats
+says 'seq: found 4 frames, expected one of number 4'
+head -c 5000 seq/frame-000002.ptx >cut && mv cut seq/frame-000002.ptx
+expect 1 "$dexel" mesh seq --stats
+says frame-000002.ptx
+expect 0 "$dexel" mesh seq --stats --frame 1
+
+n_files=$(find . | wc -l)
+(ulimit -f 16; expect 1 "$dexel" mesh seq --frame 1 -o full.ply; says 'full.ply: cannot be written'; exit $bad) || bad=1
+[ "$(find . | wc -l)" = "$n_files" ] || fail 'a failed write left something behind'
+exit $bad
