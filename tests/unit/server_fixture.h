@@ -57,6 +57,7 @@ struct fixture_options {
     bool lossless;
     uint32_t body_len; /* 0: up to 300 bytes */
     uint32_t n_blocks; /* 0: plenty */
+    uint32_t grid;
     uint8_t attr_bytes;
     bool no_mesh; /* until target moves there is no geometry */
 };
@@ -259,6 +260,7 @@ static inline struct fixture *fixture_start(const struct fixture_options *option
     fx->lossless = options->lossless;
     fx->attr_bytes = options->attr_bytes;
     atomic_store(&fx->state, -1);
+    atomic_store(&fx->grid, options->grid);
     dx_log_set_level(LOG_ERR);
     strcpy(fx->dir, "/tmp/dexeld-test-XXXXXX");
     assert_non_null(mkdtemp(fx->dir));
@@ -287,6 +289,8 @@ static inline struct fixture *fixture_start(const struct fixture_options *option
     assert_int_equal(pthread_create(&fx->mesher_thread, NULL, mesher_main, fx), 0);
     if (!options->no_mesh)
         fixture_frames(fx, 3);
+    while (!options->no_mesh && atomic_load(&fx->done_frame) < 3)
+        sched_yield();
     return fx;
 }
 
