@@ -62,14 +62,16 @@ struct fixture_options {
     bool no_mesh; /* until target moves there is no geometry */
 };
 
-/* Height and width of geometry `grid`: 2x3 and 3x4 tiles, odd sizes. */
+/* Geometry `grid`: 2x3 and 3x4 tiles, odd sizes; from 100 on with 32-bit ranges, from 200 on a
+ * table. */
 static inline struct dx_geometry *fixture_geometry(uint32_t grid)
 {
     struct dx_geometry *g;
 
-    assert_int_equal(
-        dx_geometry_new(&g, DX_MODEL_PINHOLE, grid % 2 ? 190 : 100, grid % 2 ? 250 : 180), 0);
-    g->range_bytes = grid >= 100 ? 4 : 2;
+    assert_int_equal(dx_geometry_new(&g, grid >= 200 ? DX_MODEL_TABLE : DX_MODEL_PINHOLE,
+                                     grid % 2 ? 190 : 100, grid % 2 ? 250 : 180),
+                     0);
+    g->range_bytes = grid >= 100 && grid < 200 ? 4 : 2;
     g->unit_m = 0.001f;
     for (size_t k = 0; k < g->n_table; k++)
         g->table[k] = (float)k * 0.25f;
