@@ -123,9 +123,10 @@ static void gone(struct dx_subscriber *s, const char *why)
 /* ---- writing
  * ------------------------------------------------------------------------------------- */
 
-static void watch(struct dx_subscriber *s)
+/* `more`: its turn was over before all was said, though the outbox may just have become empty. */
+static void watch(struct dx_subscriber *s, bool more)
 {
-    uint32_t events = dx_outbox_is_empty(&s->out) ? EPOLLIN : EPOLLIN | EPOLLOUT;
+    uint32_t events = dx_outbox_is_empty(&s->out) && !more ? EPOLLIN : EPOLLIN | EPOLLOUT;
 
     if (events == s->io_events)
         return;
@@ -158,7 +159,7 @@ void dx_subscriber_pump(struct dx_subscriber *s)
         left -= (size_t)n < left ? (size_t)n : left;
     }
     if (s->phase != DX_SUBSCRIBER_CLOSED)
-        watch(s);
+        watch(s, left == 0);
 }
 
 bool dx_subscriber_wants_batch(const struct dx_subscriber *s, uint64_t now_ns)
