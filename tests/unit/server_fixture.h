@@ -62,7 +62,8 @@ struct fixture_options {
     bool no_mesh; /* until target moves there is no geometry */
 };
 
-/* Geometries of 2x3, 3x4 and 10x11 tiles, odd sizes; from 100 on with 32-bit ranges. */
+/* Geometries of 2x3, 3x4 and 10x11 tiles, odd sizes; from 100 on with 32-bit ranges, from 200 on a
+ * table. */
 static const struct fixture_grid {
     uint32_t height, width, rows, cols;
 } fixture_grids[] = {{100, 180, 2, 3}, {190, 250, 3, 4}, {640, 700, 10, 11}};
@@ -77,8 +78,10 @@ static inline struct dx_geometry *fixture_geometry(uint32_t grid)
     const struct fixture_grid *size = fixture_grid(grid);
     struct dx_geometry *g;
 
-    assert_int_equal(dx_geometry_new(&g, DX_MODEL_PINHOLE, size->height, size->width), 0);
-    g->range_bytes = grid >= 100 ? 4 : 2;
+    assert_int_equal(dx_geometry_new(&g, grid >= 200 ? DX_MODEL_TABLE : DX_MODEL_PINHOLE,
+                                     size->height, size->width),
+                     0);
+    g->range_bytes = grid >= 100 && grid < 200 ? 4 : 2;
     g->unit_m = 0.001f;
     for (size_t k = 0; k < g->n_table; k++)
         g->table[k] = (float)k * 0.25f;

@@ -48,6 +48,24 @@ static void test_both_encodings(void **state)
     fixture_stop(fx);
 }
 
+/* A table of more bytes than a subscriber gets in two turns, on a stream where nothing else
+ * happens: the loop must come back for the rest of it by itself. */
+static void test_long_geometry_on_an_idle_stream(void **state)
+{
+    const struct dx_msg_subscribe q16 = {.encoding = DX_ENCODING_Q16, .stream = "test"};
+    struct fixture *fx = fixture_start(&(struct fixture_options){.grid = 201});
+
+    (void)state;
+    for (int k = 0; k < 50; k++) {
+        struct client *c = client_start(fx, &q16);
+
+        client_until_frame(c, 3);
+        assert_int_equal(c->geometry_len, 4 * 3 * 190 * 250);
+        client_close(c);
+    }
+    fixture_stop(fx);
+}
+
 static void test_subscribed_before_the_geometry(void **state)
 {
     struct fixture *fx = fixture_start(&(struct fixture_options){.no_mesh = true});
@@ -295,6 +313,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_late_joiner),
         cmocka_unit_test(test_both_encodings),
+        cmocka_unit_test(test_long_geometry_on_an_idle_stream),
         cmocka_unit_test(test_subscribed_before_the_geometry),
         cmocka_unit_test(test_ended_comes_last),
         cmocka_unit_test(test_ended_without_a_mesh),
