@@ -123,8 +123,8 @@ static void gone(struct dx_subscriber *s, const char *why)
 /* ---- writing
  * ------------------------------------------------------------------------------------- */
 
-/* `more`: the turn ended before what is owed did. The outbox may be empty then (a piece of GEOMETRY went
- * whole), and without EPOLLOUT nothing would wake the loop for the next one. */
+/* `more`: the turn ended before what is owed did. The outbox may be empty then (a piece of GEOMETRY
+ * went whole), and without EPOLLOUT nothing would wake the loop for the next one. */
 static void watch(struct dx_subscriber *s, bool more)
 {
     uint32_t events = dx_outbox_is_empty(&s->out) && !more ? EPOLLIN : EPOLLIN | EPOLLOUT;

@@ -29,7 +29,7 @@
 #include "daemon/log.h"
 #include "daemon/server.h"
 
-#define MAX_TILES 16
+#define MAX_TILES 128
 
 struct fixture {
     char dir[64], mesh[96], control[108];
@@ -62,14 +62,24 @@ struct fixture_options {
     bool no_mesh; /* until target moves there is no geometry */
 };
 
-/* Geometry `grid`: 2x3 and 3x4 tiles, odd sizes; from 100 on with 32-bit ranges, from 200 on a
+/* Geometries of 2x3, 3x4 and 10x11 tiles, odd sizes; from 100 on with 32-bit ranges, from 200 on a
  * table. */
+static const struct fixture_grid {
+    uint32_t height, width, rows, cols;
+} fixture_grids[] = {{100, 180, 2, 3}, {190, 250, 3, 4}, {640, 700, 10, 11}};
+
+static inline const struct fixture_grid *fixture_grid(uint32_t grid)
+{
+    return &fixture_grids[grid % 100];
+}
+
 static inline struct dx_geometry *fixture_geometry(uint32_t grid)
 {
+    const struct fixture_grid *size = fixture_grid(grid);
     struct dx_geometry *g;
 
     assert_int_equal(dx_geometry_new(&g, grid >= 200 ? DX_MODEL_TABLE : DX_MODEL_PINHOLE,
-                                     grid % 2 ? 190 : 100, grid % 2 ? 250 : 180),
+                                     size->height, size->width),
                      0);
     g->range_bytes = grid >= 100 && grid < 200 ? 4 : 2;
     g->unit_m = 0.001f;
@@ -80,7 +90,7 @@ static inline struct dx_geometry *fixture_geometry(uint32_t grid)
 
 static inline uint32_t fixture_n_tiles(uint32_t grid)
 {
-    return grid % 2 ? 12 : 6;
+    return fixture_grid(grid)->rows * fixture_grid(grid)->cols;
 }
 
 /* What tile `t` of a frame holds: the last frame that changed it, times 100, and itself; some are
@@ -141,7 +151,7 @@ static inline bool mesher_add(struct mesher *m, uint64_t frame, const uint32_t *
             (generation[e] == m->served[e] && version == fixture_version(m->frame, t)))
             continue;
         if (!dx_feed_add(fx->feed, t, (enum dx_encoding)e, body,
-                         fixture_body(body, version, e, n_tiles / (m->grid % 2 ? 3 : 2), t,
+                         fixture_body(body, version, e, fixture_grid(m->grid)->cols, t,
                                       fx->body_len, fx->attr_bytes)))
             return false;
     }
@@ -274,7 +284,7 @@ static inline struct fixture *fixture_start(const struct fixture_options *option
     sem_init(&fx->wake, 0, 0);
     if (dx_server_new(&fx->server, &o, &err) < 0)
         fail_msg("%s", err.text);
-    n_blocks = options->n_blocks ? options->n_blocks : 4096;
+    n_blocks = options->n_blocks ? options->n_blocks : 16384;
     assert_int_equal(
         dx_feed_new_sized(&fx->feed, MAX_TILES, n_blocks, 2048, 64, -1, fixture_kick, fx), 0);
     assert_int_equal(

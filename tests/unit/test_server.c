@@ -218,6 +218,33 @@ static void test_lossless(void **state)
     fixture_stop(fx);
 }
 
+/* More tiles than the outbox has messages, more bytes than a turn has, and several clients at once.
+ */
+static void test_long_batches(void **state)
+{
+    const struct dx_msg_subscribe lossless = {.mode = DX_MODE_LOSSLESS};
+    struct fixture *fx = fixture_start(
+        &(struct fixture_options){.lossless = true, .no_mesh = true, .grid = 2, .body_len = 20000});
+    struct client *c[4];
+
+    (void)state;
+    for (int k = 0; k < 4; k++)
+        c[k] = client_start(fx, k % 2 ? &lossless : NULL);
+    for (int k = 0; k < 4; k++)
+        client_until(c[k], DX_MSG_STREAM_STATE);
+    fixture_frames(fx, 40);
+    for (uint64_t f = 1; f <= 40; f++)
+        for (int k = 1; k < 4; k += 2) {
+            client_until(c[k], DX_MSG_COMMIT);
+            assert_int_equal(c[k]->commit.frame, f);
+        }
+    client_until_frame(c[0], 40);
+    client_until_frame(c[2], 40);
+    for (int k = 0; k < 4; k++)
+        client_close(c[k]);
+    fixture_stop(fx);
+}
+
 static void test_new_geometry(void **state)
 {
     const struct dx_msg_subscribe q16 = {.encoding = DX_ENCODING_Q16};
@@ -294,6 +321,7 @@ int main(void)
         cmocka_unit_test(test_region),
         cmocka_unit_test(test_interval),
         cmocka_unit_test(test_lossless),
+        cmocka_unit_test(test_long_batches),
         cmocka_unit_test(test_new_geometry),
         cmocka_unit_test(test_attribute_on_request),
         cmocka_unit_test(test_stop_is_told),
