@@ -1,5 +1,5 @@
 /* What the server tells well-behaved subscribers. */
-#include "tests/unit/server_fixture.h"
+#include "tests/unit/server_client.h"
 
 static void test_late_joiner(void **state)
 {

@@ -1,5 +1,5 @@
 /* Clients that break the protocol, and limits: each gets its answer, and nobody else notices. */
-#include "tests/unit/server_fixture.h"
+#include "tests/unit/server_client.h"
 
 #include <jansson.h>
 #include <sys/resource.h>

@@ -1,5 +1,5 @@
 /* Subscribers that do not keep up: what they get, and that nobody else notices. */
-#include "tests/unit/server_fixture.h"
+#include "tests/unit/server_client.h"
 
 #define MS   1000000u
 #define LAST 600 /* frame, at most */
