@@ -198,8 +198,6 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
     int r;
 
     free_pending(m);
-    dx_terrain_free(m->terrain);
-    m->terrain = NULL;
     r = dx_terrain_new(&m->terrain, g, &m->config.terrain, attr_bytes);
     if (r < 0)
         return r;
@@ -218,22 +216,26 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
     return 0;
 }
 
+/* Why there will be no mesh of this geometry: told to subscribers, and to the log. */
+static void refuse(struct dx_mesher *m, const struct dx_geometry *g, const char *why)
+{
+    dx_log_error("mesher", "%s: a grid of %u rows and %u columns: %s", m->config.name, g->height,
+                 g->width, why);
+    dx_feed_state(m->feed, DX_STREAM_GONE, why);
+}
+
 static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
 {
-    int r = set_geometry(m, mail->geometry, mail->attr_bytes);
+    const struct dx_geometry *g = mail->geometry;
+    struct dx_tiling tiling;
 
-    if (r < 0) {
-        dx_log_error("mesher", "%s: no memory for the mesh of a grid of %ux%u", m->config.name,
-                     mail->geometry->width, mail->geometry->height);
-        dx_feed_state(m->feed, DX_STREAM_GONE, "no memory for a grid of this size");
-    } else if (dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) > m->config.max_tiles) {
-        dx_log_error("mesher", "%s: a grid of %ux%u is larger than this stream's limit of %u tiles",
-                     m->config.name, mail->geometry->width, mail->geometry->height,
-                     m->config.max_tiles);
-        dx_feed_state(m->feed, DX_STREAM_GONE, "the grid is larger than the stream's limit");
-        dx_terrain_free(m->terrain);
-        m->terrain = NULL;
-    }
+    dx_tiling_init(&tiling, g->height, g->width, g->wrap);
+    dx_terrain_free(m->terrain);
+    m->terrain = NULL;
+    if (dx_tiling_n_tiles(&tiling) > m->config.max_tiles)
+        refuse(m, g, "more tiles than a stream can have");
+    else if (set_geometry(m, mail->geometry, mail->attr_bytes) < 0)
+        refuse(m, g, "no mesh: too small, or no memory");
     m->announced = false;
     m->has_mesh = m->uncommitted = m->unsent = false;
     dx_geometry_unref(m->geometry);
