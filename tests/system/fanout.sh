@@ -18,7 +18,7 @@ fanout() {
   start_dexeld -c "$run/fanout.yaml"
   status=0
   "$B/tests/fanout" "$run/mesh.sock" "$dexeld_pid" >"$run/out" || status=$?
-  stop_dexeld
+  stop_dexeld || status=1
   cat "$run/out"
   return $status
 }
