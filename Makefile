@@ -54,8 +54,8 @@ UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers asan tsan fuzz format \
-        install uninstall clean help
+.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers asan tsan \
+        fuzz format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -104,7 +104,8 @@ $(B)/lib/libdexel.so: $(call obj,$(CLIENT_SRC) $(CORE_SRC))
 	$(Q)$(CC) -shared -Wl,-soname,$(SONAME) $(ALL_LDFLAGS) -o $@ $^ -lm
 	$(Q)ln -sf libdexel.so $(@D)/$(SONAME)
 
-$(B)/libdexel.pc: client/libdexel.pc.in Makefile
+# Made anew each time: prefix may be another one at `make install`.
+$(B)/libdexel.pc: client/libdexel.pc.in Makefile FORCE
 	@mkdir -p $(@D)
 	$(Q)sed -e 's|@prefix@|$(prefix)|;s|@libdir@|$(libdir)|;s|@includedir@|$(includedir)|;s|@version@|$(VERSION)|' $< > $@
 

@@ -93,53 +93,7 @@ void dx_mesher_stop(struct dx_mesher *m)
     dx_mesher_kick(m);
 }
 
-/* ---- sending -------------------------------------------------------------------------------- */
-
-/* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
-static bool update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
-{
-    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
-    bool any = false;
-
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
-        if (wanted[e] == 0)
-            memset(m->pending[e], 0, bytes);
-        else if (wanted[e] != m->served[e])
-            memset(m->pending[e], 0xff, bytes);
-        any |= wanted[e] != 0 && wanted[e] != m->served[e];
-    }
-    return any;
-}
-
-/* Publishes an epoch when there is something to say: a commit that has not been sent, or an
- * encoding that somebody newly wants. */
-static void send_epoch(struct dx_mesher *m)
-{
-    uint32_t wanted[DX_N_ENCODINGS];
-
-    if (!m->has_mesh)
-        return;
-    dx_feed_wanted(m->feed, wanted);
-    if (!update_pending(m, wanted) && !m->unsent)
-        return;
-    dx_feed_begin(m->feed, m->epoch + 1, wanted);
-    if (!dx_encoder_add(m->encoder, m->feed, m->terrain, m->pending)) {
-        dx_feed_abort(m->feed);
-        dx_count(&m->counters->n_short_of_chunks, 1);
-        m->unsent = true;
-        return;
-    }
-    m->epoch++;
-    dx_feed_commit(m->feed, &m->commit);
-    dx_count(&m->counters->n_epochs, 1);
-    m->unsent = false;
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
-        size_t n = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain));
-
-        memset(m->pending[e], 0, (n / 64 + 1) * 8);
-        m->served[e] = wanted[e];
-    }
-}
+/* ---- committing ------------------------------------------------------------------------------ */
 
 /* Dexels with a return, for the status. */
 static uint64_t count_valid(const struct dx_plane *plane)
@@ -154,8 +108,6 @@ static uint64_t count_valid(const struct dx_plane *plane)
             n_valid += ((const uint32_t *)plane->range)[k] != 0;
     return n_valid;
 }
-
-/* ---- taking --------------------------------------------------------------------------------- */
 
 static void commit_mesh(struct dx_mesher *m)
 {
@@ -180,6 +132,65 @@ static void commit_mesh(struct dx_mesher *m)
     dx_set(&m->counters->n_valid, count_valid(dx_terrain_published(m->terrain)));
 }
 
+/* ---- sending -------------------------------------------------------------------------------- */
+
+static bool is_newly_wanted(const struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    for (int e = 0; e < DX_N_ENCODINGS; e++)
+        if (wanted[e] != 0 && wanted[e] != m->served[e])
+            return true;
+    return false;
+}
+
+/* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
+static void update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
+
+    for (int e = 0; e < DX_N_ENCODINGS; e++)
+        if (wanted[e] == 0)
+            memset(m->pending[e], 0, bytes);
+        else if (wanted[e] != m->served[e])
+            memset(m->pending[e], 0xff, bytes);
+}
+
+static void epoch_sent(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
+
+    m->epoch++;
+    m->unsent = false;
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        memset(m->pending[e], 0, bytes);
+        m->served[e] = wanted[e];
+    }
+    dx_count(&m->counters->n_epochs, 1);
+}
+
+/* Publishes an epoch when there is something to say: a commit that has not been sent, or an
+ * encoding that somebody newly wants. */
+static void send_epoch(struct dx_mesher *m)
+{
+    uint32_t wanted[DX_N_ENCODINGS];
+
+    dx_feed_wanted(m->feed, wanted);
+    if (!m->has_mesh || (!m->unsent && !is_newly_wanted(m, wanted)))
+        return;
+    commit_mesh(m); /* columns may have come since: codes and samples must be of one array */
+    update_pending(m, wanted);
+    dx_feed_begin(m->feed, m->epoch + 1, wanted);
+    if (!dx_encoder_add(m->encoder, m->feed, m->terrain, m->pending)) {
+        dx_feed_abort(m->feed);
+        dx_count(&m->counters->n_short_of_chunks, 1);
+        m->unsent = true;
+        return;
+    }
+    dx_feed_commit(m->feed, &m->commit);
+    epoch_sent(m, wanted);
+}
+
+/* ---- taking --------------------------------------------------------------------------------- */
+
 static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr_bytes)
 {
     const struct dx_tiling *tiling;
@@ -187,8 +198,6 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
     int r;
 
     free_pending(m);
-    dx_terrain_free(m->terrain);
-    m->terrain = NULL;
     r = dx_terrain_new(&m->terrain, g, &m->config.terrain, attr_bytes);
     if (r < 0)
         return r;
@@ -207,22 +216,26 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
     return 0;
 }
 
+/* Why there will be no mesh of this geometry: told to subscribers, and to the log. */
+static void refuse(struct dx_mesher *m, const struct dx_geometry *g, const char *why)
+{
+    dx_log_error("mesher", "%s: a grid of %u rows and %u columns: %s", m->config.name, g->height,
+                 g->width, why);
+    dx_feed_state(m->feed, DX_STREAM_GONE, why);
+}
+
 static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
 {
-    int r = set_geometry(m, mail->geometry, mail->attr_bytes);
+    const struct dx_geometry *g = mail->geometry;
+    struct dx_tiling tiling;
 
-    if (r < 0) {
-        dx_log_error("mesher", "%s: no memory for the mesh of a grid of %ux%u", m->config.name,
-                     mail->geometry->width, mail->geometry->height);
-        dx_feed_state(m->feed, DX_STREAM_GONE, "no memory for a grid of this size");
-    } else if (dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) > m->config.max_tiles) {
-        dx_log_error("mesher", "%s: a grid of %ux%u is larger than this stream's limit of %u tiles",
-                     m->config.name, mail->geometry->width, mail->geometry->height,
-                     m->config.max_tiles);
-        dx_feed_state(m->feed, DX_STREAM_GONE, "the grid is larger than the stream's limit");
-        dx_terrain_free(m->terrain);
-        m->terrain = NULL;
-    }
+    dx_tiling_init(&tiling, g->height, g->width, g->wrap);
+    dx_terrain_free(m->terrain);
+    m->terrain = NULL;
+    if (dx_tiling_n_tiles(&tiling) > m->config.max_tiles)
+        refuse(m, g, "more tiles than a stream can have");
+    else if (set_geometry(m, mail->geometry, mail->attr_bytes) < 0)
+        refuse(m, g, "no mesh: too small, or no memory");
     m->announced = false;
     m->has_mesh = m->uncommitted = m->unsent = false;
     dx_geometry_unref(m->geometry);

@@ -1,5 +1,5 @@
 /* What the server tells well-behaved subscribers. */
-#include "tests/unit/server_fixture.h"
+#include "tests/unit/server_client.h"
 
 static void test_late_joiner(void **state)
 {
@@ -45,6 +45,24 @@ static void test_both_encodings(void **state)
     client_until_frame(b, 9);
     client_close(a);
     client_close(b);
+    fixture_stop(fx);
+}
+
+/* A table of more bytes than a subscriber gets in two turns, on a stream where nothing else
+ * happens: the loop must come back for the rest of it by itself. */
+static void test_long_geometry_on_an_idle_stream(void **state)
+{
+    const struct dx_msg_subscribe q16 = {.encoding = DX_ENCODING_Q16, .stream = "test"};
+    struct fixture *fx = fixture_start(&(struct fixture_options){.grid = 201});
+
+    (void)state;
+    for (int k = 0; k < 50; k++) {
+        struct client *c = client_start(fx, &q16);
+
+        client_until_frame(c, 3);
+        assert_int_equal(c->geometry_len, 4 * 3 * 190 * 250);
+        client_close(c);
+    }
     fixture_stop(fx);
 }
 
@@ -200,6 +218,33 @@ static void test_lossless(void **state)
     fixture_stop(fx);
 }
 
+/* More tiles than the outbox has messages, more bytes than a turn has, and several clients at once.
+ */
+static void test_long_batches(void **state)
+{
+    const struct dx_msg_subscribe lossless = {.mode = DX_MODE_LOSSLESS};
+    struct fixture *fx = fixture_start(
+        &(struct fixture_options){.lossless = true, .no_mesh = true, .grid = 2, .body_len = 20000});
+    struct client *c[4];
+
+    (void)state;
+    for (int k = 0; k < 4; k++)
+        c[k] = client_start(fx, k % 2 ? &lossless : NULL);
+    for (int k = 0; k < 4; k++)
+        client_until(c[k], DX_MSG_STREAM_STATE);
+    fixture_frames(fx, 40);
+    for (uint64_t f = 1; f <= 40; f++)
+        for (int k = 1; k < 4; k += 2) {
+            client_until(c[k], DX_MSG_COMMIT);
+            assert_int_equal(c[k]->commit.frame, f);
+        }
+    client_until_frame(c[0], 40);
+    client_until_frame(c[2], 40);
+    for (int k = 0; k < 4; k++)
+        client_close(c[k]);
+    fixture_stop(fx);
+}
+
 static void test_new_geometry(void **state)
 {
     const struct dx_msg_subscribe q16 = {.encoding = DX_ENCODING_Q16};
@@ -268,6 +313,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_late_joiner),
         cmocka_unit_test(test_both_encodings),
+        cmocka_unit_test(test_long_geometry_on_an_idle_stream),
         cmocka_unit_test(test_subscribed_before_the_geometry),
         cmocka_unit_test(test_ended_comes_last),
         cmocka_unit_test(test_ended_without_a_mesh),
@@ -275,6 +321,7 @@ int main(void)
         cmocka_unit_test(test_region),
         cmocka_unit_test(test_interval),
         cmocka_unit_test(test_lossless),
+        cmocka_unit_test(test_long_batches),
         cmocka_unit_test(test_new_geometry),
         cmocka_unit_test(test_attribute_on_request),
         cmocka_unit_test(test_stop_is_told),

@@ -1,0 +1,44 @@
+#!/bin/sh
+# make install: the example client is built against what was installed, with pkg-config alone, and runs against the
+# installed service. make uninstall leaves nothing but the configuration.
+set -eu
+. tests/daemon.sh
+"$B/tests/sanitized" || { echo "a sanitizer's library is not to be installed"; exit 77; }
+root=$run/root
+wrong() { echo "$1"; exit 1; }
+built=$B
+at_root() { make -s --no-print-directory B="$built" DESTDIR="$root" prefix=/usr sysconfdir=/etc "$1"; }
+
+at_root install
+for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libdexel.pc share/man/man1/dexel.1 \
+  share/man/man5/dexeld.yaml.5 share/man/man8/dexeld.8 share/doc/dexeld/protocol.md; do
+  [ -f "$root/usr/$f" ] || wrong "no /usr/$f"
+done
+export PKG_CONFIG_PATH="$root/usr/lib/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$root"
+grep -qx 'prefix=/usr' "$root/usr/lib/pkgconfig/libdexel.pc" || wrong "libdexel.pc: $(cat "$root/usr/lib/pkgconfig/libdexel.pc")"
+[ "$(pkg-config --modversion libdexel)" = "$("$root/usr/bin/dexel" --version | cut -d' ' -f2)" ] || wrong "libdexel.pc: another version"
+
+# /usr is a folder that pkg-config leaves out, were it not below another root
+export PKG_CONFIG_ALLOW_SYSTEM_CFLAGS=1 PKG_CONFIG_ALLOW_SYSTEM_LIBS=1
+# shellcheck disable=SC2046 # words
+${CC:-cc} -Wall -Wextra -Werror docs/examples/follow.c $(pkg-config --cflags --libs libdexel) -o "$run/follow"
+# shellcheck disable=SC2046 # words
+${CC:-cc} docs/examples/follow.c $(pkg-config --cflags libdexel) "$root/usr/lib/libdexel.a" \
+  $(pkg-config --static --libs-only-l libdexel | sed 's/-ldexel//') -o "$run/follow-static"
+
+"$root/usr/sbin/dexeld" -c "$root/etc/dexeld/dexeld.yaml" --check
+"$root/usr/bin/dexel" sim sphere -o "$run/scan.pcd" --size 60x40
+mkdir "$run/bin"
+ln -s "$root/usr/sbin/dexeld" "$run/bin/dexeld" # where start_dexeld looks for it
+B=$run
+for follow in follow follow-static; do
+  start_dexeld --replay "$run/scan.pcd" --rate max --socket "$run/mesh.sock"
+  DEXELD_SOCKET=$run/mesh.sock LD_LIBRARY_PATH=$root/usr/lib timeout 20 "$run/$follow" >"$run/lines"
+  grep -q '^replay: 40 x 60 dexels' "$run/lines" || wrong "$follow: $(cat "$run/lines")"
+  grep -q '^epoch .*, frame 0: .* tiles changed, [1-9][0-9]* triangles' "$run/lines" || wrong "$follow: $(cat "$run/lines")"
+  stop_dexeld
+done
+
+at_root uninstall
+left=$(cd "$root" && find . ! -type d)
+[ "$left" = ./etc/dexeld/dexeld.yaml ] || wrong "uninstall left: $left"
