@@ -54,8 +54,8 @@ UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree bench asan tsan fuzz format \
-        install uninstall clean help FORCE
+.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers asan tsan \
+        fuzz format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -68,6 +68,7 @@ help:
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
+	@echo 'make bench-peers  the same frames through PCL as well, in turn (installs libpcl-dev)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -156,6 +157,8 @@ $(B)/fuzz/%: tests/fuzz/%.c $(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SR
 
 bench: all
 	$(B)/bin/dexel bench
+bench-peers: all
+	@B=$(B) sh tests/peers/bench_peers.sh
 
 demo: deps
 	@$(MAKE) --no-print-directory all

@@ -145,7 +145,6 @@ static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *co
     struct connection *c = k->connection, *end = c + MAX_CONNECTIONS;
     int client;
 
-    (void)source;
     (void)revents;
     while (c < end && c->fd >= 0)
         c++;
@@ -154,8 +153,11 @@ static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *co
         hang_up(c);
     }
     client = accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (client < 0)
+    if (client < 0) {
+        if (errno != EAGAIN) /* out of descriptors: look away until dx_control_resume */
+            sd_event_source_set_enabled(source, SD_EVENT_OFF);
         return 0;
+    }
     *c = (struct connection){.control = k, .fd = client};
     if (sd_event_add_io(k->server->event, &c->io, client, EPOLLIN, on_connection, c) < 0)
         hang_up(c);
@@ -186,6 +188,12 @@ int dx_control_new(struct dx_control **out, struct dx_server *server, const char
     }
     *out = k;
     return 0;
+}
+
+void dx_control_resume(struct dx_control *k)
+{
+    if (k && k->listener.io)
+        sd_event_source_set_enabled(k->listener.io, SD_EVENT_ON);
 }
 
 void dx_control_free(struct dx_control *k)

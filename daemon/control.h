@@ -16,4 +16,7 @@ int dx_control_new(struct dx_control **out, struct dx_server *server, const char
                    struct dx_err *err);
 void dx_control_free(struct dx_control *c);
 
+/* Accepts again, if it was out of descriptors; called once a second. NULL is fine. */
+void dx_control_resume(struct dx_control *c);
+
 #endif

@@ -21,9 +21,9 @@ struct dx_feed;
 /*
  * Memory for `max_tiles` tiles: room for `n_epochs` (6: one current, one being built, four pinned)
  * full frames in each encoding, but address space only until it is used, and no more of it than the
- * grid in force needs. `wake_fd` (a non-blocking eventfd; -1: the feed makes its own) is written when
- * there is something for the loop. `kick` is called by the loop when the mesher should look again
- * (encodings wanted, chunks came home); it must not block. Errors: -ENOMEM.
+ * grid in force needs. `wake_fd` (a non-blocking eventfd; -1: the feed makes its own) is written
+ * when there is something for the loop. `kick` is called by the loop when the mesher should look
+ * again (encodings wanted, chunks came home); it must not block. Errors: -ENOMEM.
  */
 int dx_feed_new(struct dx_feed **out, uint32_t max_tiles, uint32_t n_epochs, uint8_t attr_bytes,
                 int wake_fd, void (*kick)(void *ctx), void *kick_ctx);
@@ -60,8 +60,8 @@ void dx_feed_state(struct dx_feed *f, enum dx_stream_state state, const char *re
 
 /*
  * Lossless replay: newest epoch that every lossless subscriber has been sent whole; UINT64_MAX when
- * there is none. The mesher may wait for it (only then), and is kicked when it moves. An epoch for a
- * new generation must not wait: a lossless subscriber who has nothing yet counts as 0.
+ * there is none. The mesher may wait for it (only then), and is kicked when it moves. An epoch for
+ * a new generation must not wait: a lossless subscriber who has nothing yet counts as 0.
  */
 uint64_t dx_feed_lossless_epoch(const struct dx_feed *f);
 

@@ -19,6 +19,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "dexeld: %s\n", err.text);
         status = 1;
     } else {
+        if (options.check)
+            printf("%s: ok\n", options.config);
         status = 0;
     }
     dx_config_fini(&config);

@@ -5,6 +5,7 @@
 #include "daemon/mesher.h"
 
 #include "daemon/clock.h"
+#include "daemon/encoder.h"
 #include "daemon/log.h"
 
 #include <errno.h>
@@ -12,20 +13,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define WINDOW 16 /* tiles encoded at a time: enough for the pool, small enough for the cache */
-
-/* A tile on its way to the feed: its chunk in each encoding that wants it (len 0: not wanted). */
-struct encode_job {
-    uint32_t tile;
-    size_t len[DX_N_ENCODINGS];
-    uint8_t *body[DX_N_ENCODINGS];
-};
-
-struct encode_scratch {
-    struct dx_tile tile;
-    struct dx_tile_mesh mesh;
-};
 
 struct dx_mesher {
     struct dx_mesher_config config;
@@ -48,8 +35,7 @@ struct dx_mesher {
 
     uint32_t served[DX_N_ENCODINGS];   /* generation that has been sent whole */
     uint64_t *pending[DX_N_ENCODINGS]; /* tiles that changed since they were sent */
-    struct encode_job job[WINDOW];
-    struct encode_scratch *scratch; /* one a thread */
+    struct dx_encoder *encoder;
 };
 
 static void free_pending(struct dx_mesher *m)
@@ -74,21 +60,12 @@ int dx_mesher_new(struct dx_mesher **out, const struct dx_mesher_config *config,
     m->counters = counters;
     m->pool = pool;
     sem_init(&m->wake, 0, 0);
-    m->scratch = calloc(dx_pool_threads(pool), sizeof(*m->scratch));
-    if (!m->scratch)
-        goto err_memory;
-    for (int k = 0; k < WINDOW; k++)
-        for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
-            m->job[k].body[e] = malloc(dx_chunk_max_len((enum dx_encoding)e));
-            if (!m->job[k].body[e])
-                goto err_memory;
-        }
+    if (dx_encoder_new(&m->encoder, pool) < 0) {
+        dx_mesher_free(m);
+        return -ENOMEM;
+    }
     *out = m;
     return 0;
-
-err_memory:
-    dx_mesher_free(m);
-    return -ENOMEM;
 }
 
 void dx_mesher_free(struct dx_mesher *m)
@@ -98,10 +75,7 @@ void dx_mesher_free(struct dx_mesher *m)
     free_pending(m);
     dx_terrain_free(m->terrain);
     dx_geometry_unref(m->geometry);
-    for (int k = 0; k < WINDOW; k++)
-        for (int e = 0; e < DX_N_ENCODINGS; e++)
-            free(m->job[k].body[e]);
-    free(m->scratch);
+    dx_encoder_free(m->encoder);
     sem_destroy(&m->wake);
     free(m);
 }
@@ -119,113 +93,7 @@ void dx_mesher_stop(struct dx_mesher *m)
     dx_mesher_kick(m);
 }
 
-/* ---- sending -------------------------------------------------------------------------------- */
-
-/* Runs on the pool: the chunks of one tile. */
-static void encode_tile(void *ctx, uint32_t task, unsigned thread)
-{
-    struct dx_mesher *m = ctx;
-    struct encode_job *job = &m->job[task];
-    struct encode_scratch *s = &m->scratch[thread];
-    bool some = dx_terrain_tile(m->terrain, job->tile, &s->tile);
-
-    for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
-        if (!job->len[e])
-            continue;
-        if (!some) {
-            job->len[e] =
-                dx_chunk_put_empty(job->body[e], (enum dx_encoding)e, s->tile.row, s->tile.col);
-        } else if (e == DX_ENCODING_F32) {
-            dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(m->terrain),
-                               dx_terrain_geometry(m->terrain));
-            job->len[e] = dx_chunk_put_f32(job->body[e], &s->mesh);
-        } else {
-            job->len[e] = dx_chunk_put_q16(job->body[e], &s->tile);
-        }
-    }
-}
-
-/* Encodes the first n jobs and adds them to the open epoch. False: short of chunks. */
-static bool flush_jobs(struct dx_mesher *m, uint32_t n)
-{
-    dx_pool_run(m->pool, n, encode_tile, m);
-    for (uint32_t k = 0; k < n; k++)
-        for (unsigned e = 0; e < DX_N_ENCODINGS; e++)
-            if (m->job[k].len[e] && !dx_feed_add(m->feed, m->job[k].tile, (enum dx_encoding)e,
-                                                 m->job[k].body[e], m->job[k].len[e]))
-                return false;
-    return true;
-}
-
-static bool add_pending(struct dx_mesher *m)
-{
-    uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)), n = 0;
-
-    for (uint32_t t = 0; t < n_tiles; t++) {
-        struct encode_job *job = &m->job[n];
-        bool any = false;
-
-        for (int e = 0; e < DX_N_ENCODINGS; e++) {
-            job->len[e] = m->pending[e][t / 64] >> (t % 64) & 1;
-            any |= job->len[e];
-        }
-        if (!any)
-            continue;
-        job->tile = t;
-        if (++n == WINDOW) {
-            if (!flush_jobs(m, n))
-                return false;
-            n = 0;
-        }
-    }
-    return n == 0 || flush_jobs(m, n);
-}
-
-/* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
-static bool update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
-{
-    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
-    bool any = false;
-
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
-        if (wanted[e] == 0)
-            memset(m->pending[e], 0, bytes);
-        else if (wanted[e] != m->served[e])
-            memset(m->pending[e], 0xff, bytes);
-        any |= wanted[e] != 0 && wanted[e] != m->served[e];
-    }
-    return any;
-}
-
-/* Publishes an epoch when there is something to say: a commit that has not been sent, or an
- * encoding that somebody newly wants. */
-static void send_epoch(struct dx_mesher *m)
-{
-    uint32_t wanted[DX_N_ENCODINGS];
-
-    if (!m->has_mesh)
-        return;
-    dx_feed_wanted(m->feed, wanted);
-    if (!update_pending(m, wanted) && !m->unsent)
-        return;
-    dx_feed_begin(m->feed, m->epoch + 1, wanted);
-    if (!add_pending(m)) {
-        dx_feed_abort(m->feed);
-        dx_count(&m->counters->n_short_of_chunks, 1);
-        m->unsent = true;
-        return;
-    }
-    m->epoch++;
-    dx_feed_commit(m->feed, &m->commit);
-    dx_count(&m->counters->n_epochs, 1);
-    m->unsent = false;
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
-        size_t n = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain));
-
-        memset(m->pending[e], 0, (n / 64 + 1) * 8);
-        m->served[e] = wanted[e];
-    }
-}
+/* ---- committing ------------------------------------------------------------------------------ */
 
 /* Dexels with a return, for the status. */
 static uint64_t count_valid(const struct dx_plane *plane)
@@ -240,8 +108,6 @@ static uint64_t count_valid(const struct dx_plane *plane)
             n_valid += ((const uint32_t *)plane->range)[k] != 0;
     return n_valid;
 }
-
-/* ---- taking --------------------------------------------------------------------------------- */
 
 static void commit_mesh(struct dx_mesher *m)
 {
@@ -266,6 +132,65 @@ static void commit_mesh(struct dx_mesher *m)
     dx_set(&m->counters->n_valid, count_valid(dx_terrain_published(m->terrain)));
 }
 
+/* ---- sending -------------------------------------------------------------------------------- */
+
+static bool is_newly_wanted(const struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    for (int e = 0; e < DX_N_ENCODINGS; e++)
+        if (wanted[e] != 0 && wanted[e] != m->served[e])
+            return true;
+    return false;
+}
+
+/* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
+static void update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
+
+    for (int e = 0; e < DX_N_ENCODINGS; e++)
+        if (wanted[e] == 0)
+            memset(m->pending[e], 0, bytes);
+        else if (wanted[e] != m->served[e])
+            memset(m->pending[e], 0xff, bytes);
+}
+
+static void epoch_sent(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+{
+    size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
+
+    m->epoch++;
+    m->unsent = false;
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        memset(m->pending[e], 0, bytes);
+        m->served[e] = wanted[e];
+    }
+    dx_count(&m->counters->n_epochs, 1);
+}
+
+/* Publishes an epoch when there is something to say: a commit that has not been sent, or an
+ * encoding that somebody newly wants. */
+static void send_epoch(struct dx_mesher *m)
+{
+    uint32_t wanted[DX_N_ENCODINGS];
+
+    dx_feed_wanted(m->feed, wanted);
+    if (!m->has_mesh || (!m->unsent && !is_newly_wanted(m, wanted)))
+        return;
+    commit_mesh(m); /* columns may have come since: codes and samples must be of one array */
+    update_pending(m, wanted);
+    dx_feed_begin(m->feed, m->epoch + 1, wanted);
+    if (!dx_encoder_add(m->encoder, m->feed, m->terrain, m->pending)) {
+        dx_feed_abort(m->feed);
+        dx_count(&m->counters->n_short_of_chunks, 1);
+        m->unsent = true;
+        return;
+    }
+    dx_feed_commit(m->feed, &m->commit);
+    epoch_sent(m, wanted);
+}
+
+/* ---- taking --------------------------------------------------------------------------------- */
+
 static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr_bytes)
 {
     const struct dx_tiling *tiling;
@@ -273,8 +198,6 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
     int r;
 
     free_pending(m);
-    dx_terrain_free(m->terrain);
-    m->terrain = NULL;
     r = dx_terrain_new(&m->terrain, g, &m->config.terrain, attr_bytes);
     if (r < 0)
         return r;
@@ -293,22 +216,26 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
     return 0;
 }
 
+/* Why there will be no mesh of this geometry: told to subscribers, and to the log. */
+static void refuse(struct dx_mesher *m, const struct dx_geometry *g, const char *why)
+{
+    dx_log_error("mesher", "%s: a grid of %u rows and %u columns: %s", m->config.name, g->height,
+                 g->width, why);
+    dx_feed_state(m->feed, DX_STREAM_GONE, why);
+}
+
 static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
 {
-    int r = set_geometry(m, mail->geometry, mail->attr_bytes);
+    const struct dx_geometry *g = mail->geometry;
+    struct dx_tiling tiling;
 
-    if (r < 0) {
-        dx_log_error("mesher", "%s: no memory for the mesh of a grid of %ux%u", m->config.name,
-                     mail->geometry->width, mail->geometry->height);
-        dx_feed_state(m->feed, DX_STREAM_GONE, "no memory for a grid of this size");
-    } else if (dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) > m->config.max_tiles) {
-        dx_log_error("mesher", "%s: a grid of %ux%u is larger than this stream's limit of %u tiles",
-                     m->config.name, mail->geometry->width, mail->geometry->height,
-                     m->config.max_tiles);
-        dx_feed_state(m->feed, DX_STREAM_GONE, "the grid is larger than the stream's limit");
-        dx_terrain_free(m->terrain);
-        m->terrain = NULL;
-    }
+    dx_tiling_init(&tiling, g->height, g->width, g->wrap);
+    dx_terrain_free(m->terrain);
+    m->terrain = NULL;
+    if (dx_tiling_n_tiles(&tiling) > m->config.max_tiles)
+        refuse(m, g, "more tiles than a stream can have");
+    else if (set_geometry(m, mail->geometry, mail->attr_bytes) < 0)
+        refuse(m, g, "no mesh: too small, or no memory");
     m->announced = false;
     m->has_mesh = m->uncommitted = m->unsent = false;
     dx_geometry_unref(m->geometry);

@@ -73,7 +73,8 @@ static void decode(struct dx_stream_reader *r, const struct dx_block *block)
     }
 }
 
-/* What subscribers are told when the source is over. A replay that had no good frame is a fault. */
+/* What subscribers are told when the source is over: that nothing more will come, and why when that is a
+ * fault. A replay that had no good frame is one. */
 static void finish(struct dx_stream_reader *r, int result, const struct dx_err *err)
 {
     char text[512];
@@ -86,8 +87,8 @@ static void finish(struct dx_stream_reader *r, int result, const struct dx_err *
     }
     if (result == DX_DRIVER_E_EOF)
         err = &r->last;
-    dx_log_error("reader", "%s: %s", r->name, err->text);
-    dx_mailbox_put_state(r->mailbox, DX_STREAM_GONE, err->text);
+    dx_log_error("reader", "%s: ended: %s", r->name, err->text);
+    dx_mailbox_put_state(r->mailbox, DX_STREAM_ENDED, err->text);
 }
 
 void dx_stream_reader_run(struct dx_stream_reader *r)

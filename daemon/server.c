@@ -235,6 +235,7 @@ static int on_timer(sd_event_source *source, uint64_t usec, void *server)
     }
     if (now >= s->tick_due_ns) {
         s->tick_due_ns = now + TICK_NS;
+        dx_control_resume(s->control);
         for (struct dx_server_stream *st = s->streams; st; st = st->next) {
             dx_feed_loop_expire(st->loop, now);
             sample_rates(st, now);

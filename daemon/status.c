@@ -35,7 +35,7 @@ static void set_geometry(json_t *o, const struct dx_server_stream *st)
     set_count(o, "width", l->geometry->width);
     set_count(o, "height", l->geometry->height);
     json_object_set_new(
-        o, "sigma_m",
+        o, "sigma",
         json_pack("[f,f,f]", l->params.sigma[0], l->params.sigma[1], l->params.sigma[2]));
     if (dx_get(&c->n_valid))
         set_number(o, "valid", (double)dx_get(&c->n_valid) / n_dexels);

@@ -123,9 +123,11 @@ static void gone(struct dx_subscriber *s, const char *why)
 /* ---- writing
  * ------------------------------------------------------------------------------------- */
 
-static void watch(struct dx_subscriber *s)
+/* `more`: the turn ended before what is owed did. The outbox may be empty then (a piece of GEOMETRY
+ * went whole), and without EPOLLOUT nothing would wake the loop for the next one. */
+static void watch(struct dx_subscriber *s, bool more)
 {
-    uint32_t events = dx_outbox_is_empty(&s->out) ? EPOLLIN : EPOLLIN | EPOLLOUT;
+    uint32_t events = dx_outbox_is_empty(&s->out) && !more ? EPOLLIN : EPOLLIN | EPOLLOUT;
 
     if (events == s->io_events)
         return;
@@ -158,7 +160,7 @@ void dx_subscriber_pump(struct dx_subscriber *s)
         left -= (size_t)n < left ? (size_t)n : left;
     }
     if (s->phase != DX_SUBSCRIBER_CLOSED)
-        watch(s);
+        watch(s, left == 0);
 }
 
 bool dx_subscriber_wants_batch(const struct dx_subscriber *s, uint64_t now_ns)
@@ -253,6 +255,17 @@ static struct dx_server_stream *find_stream(struct dx_server *server, const char
     return st;
 }
 
+/* "no stream 'x'; there are: a, b": as many names as fit. */
+static void name_streams(char *text, size_t len, const struct dx_subscriber *s)
+{
+    int n = snprintf(text, len, "no stream '%s'; there are:", s->asked.stream);
+
+    for (const struct dx_server_stream *st = s->server->streams; st; st = st->next)
+        if (n > 0 && (size_t)n < len)
+            n += snprintf(text + n, len - (size_t)n, "%s %s", st == s->server->streams ? "" : ",",
+                          st->options.name);
+}
+
 static int join(struct dx_subscriber *s, struct dx_server_stream *st)
 {
     const struct dx_msg_subscribe *m = &s->asked;
@@ -281,8 +294,7 @@ static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t le
     }
     st = find_stream(s->server, s->asked.stream);
     if (!st) {
-        snprintf(text, sizeof(text), "no stream '%s'; there are %u", s->asked.stream,
-                 s->server->n_streams);
+        name_streams(text, sizeof(text), s);
         refuse(s, DX_WIRE_E_NO_STREAM, text);
     } else if (!(s->encodings & 1u << s->asked.encoding)) {
         refuse(s, DX_WIRE_E_ENCODING, "an encoding that HELLO did not name");

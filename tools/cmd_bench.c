@@ -25,16 +25,27 @@ static const char help[] =
     "  --scene NAME    which scene (hall)\n"
     "  --size WxH      columns x rows (1500x1000)\n"
     "  --noise M       noise of the scan, metres (0.002)\n"
+    "  --dropouts P    share of dexels without a return (0)\n"
     "  --threads N     of the pool (1)\n"
     "  --rounds N      measured frames, odd (15)\n"
     "  --json          one JSON object on standard output\n";
 
-enum { OPT_SCENE = 256, OPT_SIZE, OPT_NOISE, OPT_THREADS, OPT_ROUNDS, OPT_JSON, OPT_HELP };
+enum {
+    OPT_SCENE = 256,
+    OPT_SIZE,
+    OPT_NOISE,
+    OPT_DROPOUTS,
+    OPT_THREADS,
+    OPT_ROUNDS,
+    OPT_JSON,
+    OPT_HELP
+};
 
 static const struct option options[] = {
     {"scene", required_argument, NULL, OPT_SCENE},
     {"size", required_argument, NULL, OPT_SIZE},
     {"noise", required_argument, NULL, OPT_NOISE},
+    {"dropouts", required_argument, NULL, OPT_DROPOUTS},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"rounds", required_argument, NULL, OPT_ROUNDS},
     {"json", no_argument, NULL, OPT_JSON},
@@ -61,7 +72,7 @@ struct bench {
     struct dx_pool *pool;
     struct dx_tile *tile;
     struct dx_tile_mesh *mesh;
-    uint8_t *body, *copy;
+    uint8_t *body, *copy; /* no copy: that stage is not wanted, and its memory would be counted */
     size_t n_bytes[N_STAGES];
     size_t n_triangles;
     double seconds[N_STAGES][MAX_ROUNDS];
@@ -113,7 +124,7 @@ static void run_stage(struct bench *b, enum stage stage, const struct dx_plane *
 
 static void run_round(struct bench *b, uint32_t round)
 {
-    for (enum stage s = 0; s < N_STAGES; s++) {
+    for (enum stage s = 0; s < (b->copy ? N_STAGES : COPY); s++) {
         uint64_t start = dx_now_ns();
 
         run_stage(b, s, &b->frame[round & 1]);
@@ -157,8 +168,9 @@ static int bench_init(struct bench *b, const struct args *a)
     b->tile = calloc(1, sizeof(*b->tile));
     b->mesh = calloc(1, sizeof(*b->mesh));
     b->body = malloc(dx_chunk_max_len(DX_ENCODING_F32));
-    b->copy = calloc(dx_plane_n_dexels(&b->frame[0]), 64);
-    return b->tile && b->mesh && b->body && b->copy ? 0 : -ENOMEM;
+    if (a->wanted[COPY])
+        b->copy = calloc(dx_plane_n_dexels(&b->frame[0]), 64);
+    return b->tile && b->mesh && b->body && (b->copy || !a->wanted[COPY]) ? 0 : -ENOMEM;
 }
 
 static void measure(struct bench *b, const struct args *a)
@@ -202,7 +214,7 @@ static double resident_bytes(void)
 static void print_text(const struct bench *b, const struct args *a)
 {
     double n = (double)dx_plane_n_dexels(&b->frame[0]);
-    double copy = median(b->seconds[COPY], a->n_rounds) / (double)b->n_bytes[COPY];
+    double copy = b->copy ? median(b->seconds[COPY], a->n_rounds) / (double)b->n_bytes[COPY] : 0;
 
     printf("%s %ux%u, %u thread%s, medians of %u frames\n", dx_scene_name(a->scene.scene),
            a->scene.width, a->scene.height, dx_pool_threads(b->pool),
@@ -211,9 +223,13 @@ static void print_text(const struct bench *b, const struct args *a)
     for (enum stage s = 0; s < N_STAGES; s++) {
         double seconds = median(b->seconds[s], a->n_rounds), bytes = (double)b->n_bytes[s];
 
+        char share[16] = "-";
+
+        if (b->copy && bytes > 0)
+            snprintf(share, sizeof(share), "%.0f%%", 100 * copy * bytes / seconds);
         if (a->wanted[s])
-            printf("%-8s %9.3f %10.2f %10.2f %13.0f%%\n", stage_names[s], seconds * 1e3,
-                   seconds * 1e9 / n, bytes / n, bytes > 0 ? 100 * copy * bytes / seconds : 0);
+            printf("%-8s %9.3f %10.2f %10.2f %14s\n", stage_names[s], seconds * 1e3,
+                   seconds * 1e9 / n, bytes / n, share);
     }
     printf("triangles %zu, allocations a frame %.2f\n", b->n_triangles,
            (double)b->n_allocations / a->n_rounds);
@@ -262,6 +278,9 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_NOISE:
         arg.option = "--noise";
         return dx_arg_double(&a->scene.sigma[0], &arg, 0, 100, "metres");
+    case OPT_DROPOUTS:
+        arg.option = "--dropouts";
+        return dx_arg_double(&a->scene.dropout, &arg, 0, 1, "a share");
     case OPT_THREADS:
         arg.option = "--threads";
         r = dx_arg_u64(&n, &arg, 1, DX_POOL_MAX_THREADS, "threads");

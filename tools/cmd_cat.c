@@ -86,9 +86,12 @@ static int write_mesh(const struct cat *cat, const struct dx_mesh *mesh)
 {
     char *path =
         cat->args.every ? numbered(cat->args.out, cat->n_commits - 1) : strdup(cat->args.out);
+    struct dx_out_options options = {.world = cat->args.world};
     struct dx_err err = {.text = "out of memory"};
-    int rc = path ? dx_out_mesh(path, mesh, &(struct dx_out_options){0}, &err) : -ENOMEM;
+    int rc;
 
+    memcpy(options.pose, cat->stream.pose, sizeof(options.pose));
+    rc = path ? dx_out_mesh(path, mesh, &options, &err) : -ENOMEM;
     if (rc < 0)
         fprintf(stderr, "dexel cat: %s\n", err.text);
     free(path);

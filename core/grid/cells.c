@@ -46,26 +46,39 @@ static void gather_ranges(struct dx_cell_block *b, const struct dx_plane *plane,
     }
 }
 
-/* What a range adds to the gate whatever the edge: once a dexel instead of once an edge. */
+static inline uint16_t mul_high(uint16_t x, uint16_t y)
+{
+    return (uint16_t)((uint32_t)x * y >> 16);
+}
+
+/* What a range adds to the gate whatever the edge, once a dexel instead of once an edge. It stops
+ * at 65535, which no difference exceeds. */
 static void gather_noise(struct dx_cell_block *b, const struct dx_gates *gates)
 {
-    uint32_t t0 = gates->t0, n2 = (uint32_t)gates->n2;
+    uint16_t t0 = (uint16_t)gates->t0, n2 = (uint16_t)gates->n2, most = (uint16_t)(65535 - t0);
+    uint16_t square[N];
 
-    for (uint32_t i = 0; i <= b->n_rows; i++)
+    for (uint32_t i = 0; i <= b->n_rows; i++) {
+        for (uint32_t j = 0; j <= b->n_cols; j++)
+            square[j] = mul_high(b->range16[i][j], b->range16[i][j]);
         for (uint32_t j = 0; j <= b->n_cols; j++) {
-            uint32_t r = b->range16[i][j];
+            uint16_t term = mul_high(square[j], n2);
 
-            b->noise[i][j] = t0 + ((r * r >> 16) * n2 >> 16);
+            b->noise[i][j] = (uint16_t)(t0 + (term < most ? term : most));
         }
+    }
 }
 
 static void gather_constants(struct dx_cell_block *b, const struct dx_gates *gates, uint32_t row0,
                              uint32_t col0, uint32_t width)
 {
     for (int e = 0; e < DX_N_EDGES; e++)
-        for (uint32_t i = 0; i <= b->n_rows; i++)
+        for (uint32_t i = 0; i <= b->n_rows; i++) {
             gather_row(b->c[e][i], gates->c[e] + (size_t)(row0 + i) * width, 4, col0, b->n_cols + 1,
                        width);
+            for (uint32_t j = 0; !gates->wide && j <= b->n_cols; j++)
+                b->c16[e][i][j] = (uint16_t)b->c[e][i][j];
+        }
 }
 
 static void gather_directions(struct dx_cell_block *b, const struct dx_geometry *g, uint32_t row0,
@@ -85,25 +98,40 @@ static void gather_directions(struct dx_cell_block *b, const struct dx_geometry 
 
 /* ---- the first-order rule ------------------------------------------------------------------- */
 
-/* `step` 0: one constant for the row; 1: one an edge. Inlined with each, so that neither pays for
- * both. */
-static inline __attribute__((always_inline)) void join_narrow(
-    uint8_t *out, const uint16_t *x, const uint16_t *y, const uint32_t *noise_x,
-    const uint32_t *noise_y, const uint32_t *c, uint32_t step, uint32_t n)
+/*
+ * hi - lo <= noise + (lo * c >> 16) in 16 bits: what the noise gate leaves of the difference is
+ * compared with the tilt gate. No minimum, no maximum: compilers have none for unsigned vectors
+ * without SSE4.1, but they can select by a mask. The noise term does not fall with range, so the
+ * nearer sample has the smaller one.
+ */
+static inline uint8_t joined(uint16_t x, uint16_t y, uint16_t noise_x, uint16_t noise_y, uint16_t c)
 {
-    for (uint32_t j = 0; j < n; j++) {
-        uint32_t lo = x[j] < y[j] ? x[j] : y[j], hi = x[j] < y[j] ? y[j] : x[j];
-        /* the noise term grows with range: the nearer sample has the smaller one */
-        uint32_t noise = noise_x[j] < noise_y[j] ? noise_x[j] : noise_y[j];
+    uint16_t farther = (uint16_t) - (x > y), step = (uint16_t)(x - y), fall = step & farther;
+    uint16_t lo = (uint16_t)(x - fall), difference = (uint16_t)(2 * fall - step);
+    uint16_t noise = (uint16_t)(noise_x - ((noise_x - noise_y) & farther));
 
-        out[j] = (uint8_t)((lo != 0) & (hi - lo <= noise + (lo * c[j * step] >> 16)));
-    }
+    return (lo != 0) &
+           ((difference <= noise) | ((uint16_t)(difference - noise) <= mul_high(lo, c)));
+}
+
+static void join_even(uint8_t *restrict out, const uint16_t *x, const uint16_t *y,
+                      const uint16_t *noise_x, const uint16_t *noise_y, uint16_t c)
+{
+    for (uint32_t j = 0; j < N; j++)
+        out[j] = joined(x[j], y[j], noise_x[j], noise_y[j], c);
+}
+
+static void join_uneven(uint8_t *restrict out, const uint16_t *x, const uint16_t *y,
+                        const uint16_t *noise_x, const uint16_t *noise_y, const uint16_t *c)
+{
+    for (uint32_t j = 0; j < N; j++)
+        out[j] = joined(x[j], y[j], noise_x[j], noise_y[j], c[j]);
 }
 
 static void join_wide(uint8_t *out, const uint32_t *x, const uint32_t *y, const uint32_t *c,
-                      uint32_t step, uint32_t n, uint32_t t0, uint64_t n2)
+                      uint32_t step, uint32_t t0, uint64_t n2)
 {
-    for (uint32_t j = 0; j < n; j++) {
+    for (uint32_t j = 0; j < N; j++) {
         uint64_t lo = x[j] < y[j] ? x[j] : y[j], hi = x[j] < y[j] ? y[j] : x[j];
         unsigned __int128 square = (unsigned __int128)(lo * lo >> 16) * n2 >> 16;
         unsigned __int128 tau = t0 + (lo * c[j * step] >> 16) + square;
@@ -113,30 +141,31 @@ static void join_wide(uint8_t *out, const uint32_t *x, const uint32_t *y, const 
 }
 
 static void join_valid(uint8_t *out, const struct dx_cell_block *b, bool wide, uint32_t i0,
-                       uint32_t j0, uint32_t i1, uint32_t j1, uint32_t n)
+                       uint32_t j0, uint32_t i1, uint32_t j1)
 {
-    for (uint32_t j = 0; j < n; j++)
+    for (uint32_t j = 0; j < N; j++)
         out[j] = wide ? b->range32[i0][j + j0] && b->range32[i1][j + j1]
                       : b->range16[i0][j + j0] && b->range16[i1][j + j1];
 }
 
-/* A row of edges of type e: out[j] joins dexels (i0, j + j0) and (i1, j + j1) of the block. */
+/* A row of edges of type e: out[j] joins dexels (i0, j + j0) and (i1, j + j1) of the block. Rows
+ * are decided in full, whatever the tile has of them: loops of one length are short ones. */
 static void join(uint8_t *out, const struct dx_cell_block *b, const struct dx_gates *gates,
-                 enum dx_edge e, uint32_t i0, uint32_t j0, uint32_t i1, uint32_t j1, uint32_t n)
+                 enum dx_edge e, uint32_t i0, uint32_t j0, uint32_t i1, uint32_t j1)
 {
     const uint32_t *c = gates->per_dexel ? b->c[e][i0] : &gates->c[e][b->row0 + i0];
+    const uint16_t *x = b->range16[i0] + j0, *y = b->range16[i1] + j1;
+    const uint16_t *noise_x = b->noise[i0] + j0, *noise_y = b->noise[i1] + j1;
 
     if (!gates->first_order)
-        join_valid(out, b, gates->wide, i0, j0, i1, j1, n);
+        join_valid(out, b, gates->wide, i0, j0, i1, j1);
     else if (gates->wide)
-        join_wide(out, b->range32[i0] + j0, b->range32[i1] + j1, c, gates->per_dexel, n, gates->t0,
+        join_wide(out, b->range32[i0] + j0, b->range32[i1] + j1, c, gates->per_dexel, gates->t0,
                   gates->n2);
     else if (gates->per_dexel)
-        join_narrow(out, b->range16[i0] + j0, b->range16[i1] + j1, b->noise[i0] + j0,
-                    b->noise[i1] + j1, c, 1, n);
+        join_uneven(out, x, y, noise_x, noise_y, b->c16[e][i0]);
     else
-        join_narrow(out, b->range16[i0] + j0, b->range16[i1] + j1, b->noise[i0] + j0,
-                    b->noise[i1] + j1, c, 0, n);
+        join_even(out, x, y, noise_x, noise_y, (uint16_t)*c);
 }
 
 /* ---- the cap -------------------------------------------------------------------------------- */
@@ -166,12 +195,17 @@ static void cap_row(uint8_t *edge, const struct dx_cell_block *b, const struct d
 
 /* ---- the cell rule -------------------------------------------------------------------------- */
 
-static uint32_t difference(uint32_t x, uint32_t y)
+static inline uint32_t difference(uint32_t x, uint32_t y)
 {
     return x < y ? y - x : x - y;
 }
 
-static void prefer(uint8_t *out, const struct dx_cell_block *b, bool wide, uint32_t i)
+static inline uint16_t difference16(uint16_t x, uint16_t y)
+{
+    return (uint16_t)(x < y ? y - x : x - y);
+}
+
+static void prefer(uint8_t *restrict out, const struct dx_cell_block *b, bool wide, uint32_t i)
 {
     const uint16_t *top = b->range16[i], *bottom = b->range16[i + 1];
 
@@ -180,8 +214,8 @@ static void prefer(uint8_t *out, const struct dx_cell_block *b, bool wide, uint3
             out[j] = difference(b->range32[i][j + 1], b->range32[i + 1][j]) <
                      difference(b->range32[i][j], b->range32[i + 1][j + 1]);
     else
-        for (uint32_t j = 0; j < b->n_cols; j++)
-            out[j] = difference(top[j + 1], bottom[j]) < difference(top[j], bottom[j + 1]);
+        for (uint32_t j = 0; j < DX_TILE_CELLS; j++)
+            out[j] = difference16(top[j + 1], bottom[j]) < difference16(top[j], bottom[j + 1]);
 }
 
 static void code_row(uint8_t *code, const struct edge_row *e, uint32_t n)
@@ -203,7 +237,7 @@ static void code_row(uint8_t *code, const struct edge_row *e, uint32_t n)
 static void horizontal(uint8_t *out, const struct dx_cell_block *b, const struct dx_gates *gates,
                        uint32_t i)
 {
-    join(out, b, gates, DX_EDGE_H, i, 0, i, 1, b->n_cols);
+    join(out, b, gates, DX_EDGE_H, i, 0, i, 1);
     cap_row(out, b, gates, i, 0, i, 1, b->n_cols);
 }
 
@@ -238,11 +272,11 @@ void dx_cells_compute(uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS], struct dx_cel
     for (uint32_t i = 0; i < b->n_rows; i++) {
         memcpy(e.h, e.h_below, sizeof(e.h));
         horizontal(e.h_below, b, gates, i + 1);
-        join(e.v, b, gates, DX_EDGE_V, i, 0, i + 1, 0, b->n_cols + 1);
+        join(e.v, b, gates, DX_EDGE_V, i, 0, i + 1, 0);
         cap_row(e.v, b, gates, i, 0, i + 1, 0, b->n_cols + 1);
-        join(e.ac, b, gates, DX_EDGE_AC, i, 0, i + 1, 1, b->n_cols);
+        join(e.ac, b, gates, DX_EDGE_AC, i, 0, i + 1, 1);
         cap_row(e.ac, b, gates, i, 0, i + 1, 1, b->n_cols);
-        join(e.bd, b, gates, DX_EDGE_BD, i, 1, i + 1, 0, b->n_cols);
+        join(e.bd, b, gates, DX_EDGE_BD, i, 1, i + 1, 0);
         cap_row(e.bd, b, gates, i, 1, i + 1, 0, b->n_cols);
         if (diag == DX_DIAG_SHORT)
             prefer(e.prefer_bd, b, gates->wide, i);

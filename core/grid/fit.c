@@ -29,9 +29,10 @@ static uint64_t count_valid(const struct dx_points *points)
 static int check(const struct dx_points *points, const struct dx_fit_options *options,
                  uint64_t *valid, struct dx_err *err)
 {
-    if (dx_geometry_table_len(DX_MODEL_TABLE, points->height, points->width) == 0)
+    if (dx_geometry_table_len(DX_MODEL_TABLE, points->height, points->width) == 0 ||
+        points->height < 2 || points->width < 2) /* a line has no cells */
         return dx_err_set(err, -EINVAL,
-                          "grid of %ux%u points, expected sides of 1 to %u and at most %u",
+                          "grid of %ux%u points, expected sides of 2 to %u and at most %u",
                           points->width, points->height, DX_PLANE_MAX_SIDE, DX_PLANE_MAX_DEXELS);
     if (!(options->unit_m >= 0) || options->unit_m > 1e6)
         return dx_err_set(err, -EINVAL, "unit of %g m, expected 0 to 1e6", options->unit_m);

@@ -5,6 +5,7 @@
  */
 #include "core/grid/tile.h"
 
+#include "core/base/bytes.h"
 #include "core/base/hash.h"
 
 #include <string.h>
@@ -98,42 +99,64 @@ static const uint8_t corners[2][7][3] = {
      [DX_CELL_BCD] = {1, 3, 2}},
 };
 
-/* The two triangles of a full cell, without a branch on its diagonal: noise makes that a coin toss.
- */
-static inline void emit_full(uint16_t *out, uint8_t code, bool flip, uint16_t a, uint16_t b,
-                             uint16_t c, uint16_t d)
+static inline bool is_full(uint8_t code)
 {
-    bool on_bd = code == DX_CELL_ABD_BCD;
+    return 1u << code & (1u << DX_CELL_ABC_ACD | 1u << DX_CELL_ABD_BCD);
+}
 
-    out[0] = a;
-    out[1 + flip] = b;
-    out[2 - flip] = on_bd ? d : c;
-    out[3] = on_bd ? b : a;
-    out[4 + flip] = c;
-    out[5 - flip] = d;
+/* Two indices by one store. */
+static inline void put_pair(uint16_t *out, uint32_t first, uint32_t second)
+{
+    uint32_t pair = dx_host_is_little_endian() ? first | second << 16 : first << 16 | second;
+
+    memcpy(out, &pair, sizeof(pair));
+}
+
+/* The two triangles of a full cell: abc, acd or abd, bcd. All its corners are used, so that b
+ * follows a, and c follows d. No branch on the diagonal: noise makes that a coin toss. */
+static inline void emit_full(uint16_t *out, uint8_t code, bool flip, uint32_t a, uint32_t d)
+{
+    uint32_t on_bd = code == DX_CELL_ABD_BCD, b = a + 1, c = d + 1;
+
+    put_pair(out, a, flip ? c - on_bd : b);
+    put_pair(out + 2, flip ? b : c - on_bd, a + on_bd);
+    put_pair(out + 4, flip ? d : c, flip ? c : d);
+}
+
+/* Inlined with either orientation. */
+static inline __attribute__((always_inline)) uint16_t *emit_row(uint16_t *out, const uint8_t *code,
+                                                                uint32_t n, const uint16_t *top,
+                                                                const uint16_t *bottom, bool flip)
+{
+    const uint8_t(*corner)[3] = corners[flip];
+
+    for (uint32_t j = 0; j < n; j++) {
+        if (is_full(code[j])) {
+            emit_full(out, code[j], flip, top[j], bottom[j]);
+            out += 6;
+        } else if (code[j] != DX_CELL_NONE) {
+            const uint16_t v[4] = {top[j], top[j + 1], bottom[j + 1], bottom[j]};
+
+            for (int m = 0; m < 3; m++)
+                *out++ = v[corner[code[j]][m]];
+        }
+    }
+    return out;
 }
 
 static uint32_t emit_indices(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS],
                              bool flip, uint16_t *index)
 {
-    const uint8_t(*corner)[3] = corners[flip];
     uint16_t *out = index;
 
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
         const uint8_t *code = tile->code + (size_t)i * DX_TILE_CELLS;
         const uint16_t *top = rank + (size_t)(i + 1) * DX_BLOCK + 1, *bottom = top + DX_BLOCK;
 
-        for (uint32_t j = 0; j < tile->cell_cols; j++) {
-            const uint16_t v[4] = {top[j], top[j + 1], bottom[j + 1], bottom[j]};
-
-            if (code[j] == DX_CELL_ABC_ACD || code[j] == DX_CELL_ABD_BCD) {
-                emit_full(out, code[j], flip, v[0], v[1], v[2], v[3]);
-                out += 6;
-            } else if (code[j] != DX_CELL_NONE) {
-                for (int m = 0; m < 3; m++)
-                    *out++ = v[corner[code[j]][m]];
-            }
-        }
+        if (flip)
+            out = emit_row(out, code, tile->cell_cols, top, bottom, true);
+        else
+            out = emit_row(out, code, tile->cell_cols, top, bottom, false);
     }
     return (uint32_t)(out - index) / 3;
 }
@@ -150,38 +173,59 @@ uint32_t dx_tile_indices(const struct dx_tile *tile, const uint8_t mask[DX_MASK_
     return emit_indices(tile, rank, flip, index);
 }
 
-/* Columns of the grid under the block's columns, and how many of them are in the grid. */
-static void block_columns(const struct dx_tile *tile, const struct dx_tiling *tiling,
-                          uint32_t col[DX_BLOCK])
+/* The block's columns in the grid, and for a spinning geometry its table of them. */
+struct columns {
+    uint32_t at[DX_BLOCK];
+    float c[DX_BLOCK], s[DX_BLOCK];
+};
+
+static void find_columns(struct columns *col, const struct dx_tile *tile,
+                         const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
-    for (uint32_t j = 0; j < DX_BLOCK; j++)
-        col[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
+    for (uint32_t j = 0; j < DX_BLOCK; j++) {
+        col->at[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
+        if (g->model == DX_MODEL_SPINNING) {
+            col->c[j] = g->table[2 * (size_t)col->at[j]];
+            col->s[j] = g->table[2 * (size_t)col->at[j] + 1];
+        }
+    }
 }
 
 /* The points of one block row, stored one after the other: each is written, and kept if used. The
- * operations are those of dx_geometry_point, with what a row shares taken out of the loop. */
+ * operations are those of dx_geometry_point. */
+static float *spin_row(float *restrict out, const float d[6], float unit_m,
+                       const struct columns *col, const uint32_t range[DX_BLOCK],
+                       const uint8_t used[DX_BLOCK])
+{
+    float x[DX_BLOCK], y[DX_BLOCK], z[DX_BLOCK];
+
+    for (uint32_t j = 0; j < DX_BLOCK; j++) {
+        float r = (float)range[j] * unit_m;
+        float u = d[3] + r * d[0], v = d[4] + r * d[1];
+
+        x[j] = u * col->c[j] - v * col->s[j];
+        y[j] = u * col->s[j] + v * col->c[j];
+        z[j] = d[5] + r * d[2];
+    }
+    for (uint32_t j = 0; j < DX_BLOCK; j++) {
+        out[0] = x[j];
+        out[1] = y[j];
+        out[2] = z[j];
+        out += 3 * used[j];
+    }
+    return out;
+}
+
 static float *row_points(float *out, const struct dx_geometry *g, uint32_t row,
-                         const uint32_t col[DX_BLOCK], const uint32_t range[DX_BLOCK],
+                         const struct columns *col, const uint32_t range[DX_BLOCK],
                          const uint8_t used[DX_BLOCK])
 {
-    if (g->model == DX_MODEL_SPINNING) {
-        const float *d = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
-
-        for (uint32_t j = 0; j < DX_BLOCK; j++) {
-            const float *cs = g->table + 2 * (size_t)col[j];
-            float r = (float)range[j] * g->unit_m;
-            float u = d[3] + r * d[0], v = d[4] + r * d[1];
-
-            out[0] = u * cs[0] - v * cs[1];
-            out[1] = u * cs[1] + v * cs[0];
-            out[2] = d[5] + r * d[2];
-            out += 3 * used[j];
-        }
-        return out;
-    }
+    if (g->model == DX_MODEL_SPINNING)
+        return spin_row(out, g->table + 2 * (size_t)g->width + 6 * (size_t)row, g->unit_m, col,
+                        range, used);
     for (uint32_t j = 0; j < DX_BLOCK; j++)
         if (used[j]) {
-            dx_geometry_point(g, row, col[j], range[j], out);
+            dx_geometry_point(g, row, col->at[j], range[j], out);
             out += 3;
         }
     return out;
@@ -191,7 +235,7 @@ void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                         const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
     uint16_t rank[DX_BLOCK_DEXELS];
-    uint32_t col[DX_BLOCK];
+    struct columns col;
     struct used used;
     float *xyz = mesh->xyz;
 
@@ -203,9 +247,9 @@ void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
     mesh->n_vertices = rank_used(&used, rank);
     mesh->n_triangles = emit_indices(tile, rank, g->flip, mesh->index);
 
-    block_columns(tile, tiling, col);
+    find_columns(&col, tile, tiling, g);
     for (uint32_t i = 1; i <= (uint32_t)tile->cell_rows + 1; i++)
-        xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, col,
+        xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, &col,
                          tile->range + (size_t)i * DX_BLOCK, used.at + (size_t)i * DX_BLOCK);
     if (tile->attr_bytes)
         for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
@@ -224,12 +268,12 @@ uint64_t dx_tile_hash(const struct dx_tile *tile)
 
     mark_used(tile, &used);
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        range[k] = used.at[k] ? tile->range[k] : 0;
+        range[k] = tile->range[k] & -(uint32_t)used.at[k];
     h = dx_hash(seed, tile->code, sizeof(tile->code));
     h = dx_hash(h, range, sizeof(range));
     if (tile->attr_bytes) {
         for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-            attr[k] = used.at[k] ? tile->attr[k] : 0;
+            attr[k] = (uint16_t)(tile->attr[k] & -used.at[k]);
         h = dx_hash(h, attr, sizeof(attr));
     }
     return h | 1; /* 0 is kept for tiles without triangles */

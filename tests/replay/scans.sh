@@ -3,7 +3,7 @@
 # `dexel cat` writes is that of `dexel mesh`, byte for byte, and its digest is the golden one.
 set -eu
 . tests/daemon.sh
-[ -d "$DEXEL_DATA" ] || { echo "no scans at $DEXEL_DATA (DEXEL_DATA)"; exit 77; }
+[ -d "${DEXEL_DATA:-}" ] || { echo "no scans at DEXEL_DATA=${DEXEL_DATA:-}"; exit 77; }
 
 digest() { sed -n 's/.*"digest": "\([0-9a-f]*\)".*/\1/p' "$1"; }
 

@@ -52,8 +52,8 @@ static void scenes_keep_the_invariants_and_match_the_oracle(void **state)
             struct whole_mesh got, want;
 
             dx_scene_config_default(&c, (enum dx_scene)s);
-            c.height = 150; /* partial tiles at both ends */
-            c.width = 200;
+            c.height = getenv("DEXEL_LONG") ? 1000 : 150; /* partial tiles at both ends */
+            c.width = getenv("DEXEL_LONG") ? 1500 : 200;
             c.sigma[0] = 0.005;
             c.dropout = 0.03;
             c.mixed = 0.5;
@@ -80,10 +80,11 @@ static void scenes_keep_the_invariants_and_match_the_oracle(void **state)
 static void garbage_keeps_the_invariants(void **state)
 {
     static const uint32_t extremes[] = {0, 1, 2, 65534, 65535, 1000, 1001};
+    int n_rounds = getenv("DEXEL_LONG") ? 12000 : 20; /* of 9000 cells */
     struct dx_rng rng = dx_rng_init(13, 0);
 
     (void)state;
-    for (int round = 0; round < 20; round++) {
+    for (int round = 0; round < n_rounds; round++) {
         struct dx_terrain_params params;
         struct dx_geometry *g;
         struct dx_terrain *t;
@@ -101,8 +102,8 @@ static void garbage_keeps_the_invariants(void **state)
         dx_terrain_params_default(&params);
         params.sigma_given = round & 2;
         params.sigma[0] = 0.01;
-        params.sigma[1] = 0.0001 * round;
-        params.sigma[2] = 1e-6 * round;
+        params.sigma[1] = 0.0001 * (round % 20);
+        params.sigma[2] = 1e-6 * (round % 20);
         t = meshed(g, &params, &p, NULL);
         check_invariants(t);
         got = collect(t);

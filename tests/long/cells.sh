@@ -1,0 +1,4 @@
+#!/bin/sh
+# The kernel against the oracle on 10^8 random cells, and the invariants on large scenes.
+set -eu
+DEXEL_LONG=1 "${B:-build}/tests/test_terrain"
