@@ -119,7 +119,7 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 	$(Q)$(CC) $(ALL_LDFLAGS) $(COUNT_ALLOC) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
-$(B)/tests/test_steady: LDFLAGS += $(COUNT_ALLOC)
+$(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
