@@ -112,12 +112,14 @@ $(B)/libdexel.pc: client/libdexel.pc.in Makefile FORCE
 $(B)/bin/dexeld: $(call obj,daemon/main.c) $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
-# `dexel bench` counts allocations: tools/alloc_count.c
+# `dexel bench` and test_steady count allocations: tools/alloc_count.c
+COUNT_ALLOC := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) $(COUNT_ALLOC) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
+$(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
