@@ -26,14 +26,11 @@ INSTALL ?= install
 PACKAGES := libsystemd yaml-0.1 jansson libpng zlib
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
-# gcc 12 at -O3 takes dx_terrain_tile's gather() for a pure function once its addresses are merged (ivopts
-# after unswitching), and drops the call: no purity analysis, then.
-GCC_PURE := $(shell $(CC) -fno-ipa-modref -fno-ipa-pure-const -E -x c /dev/null >/dev/null 2>&1 && \
-              echo -fno-ipa-modref -fno-ipa-pure-const)
 # gcc 12 has dropped calls of a function whose stores its -fivopts had given addresses relative to another
 # array: its later passes take those for accesses at null, and the function for one without effects.
 NO_IVOPTS := $(if $(findstring clang,$(shell $(CC) --version)),,-fno-ivopts)
-BASE_CFLAGS := -std=gnu17 $(OPT) $(NO_IVOPTS) -g $(WARN) -ffp-contract=off -fPIC -fvisibility=hidden -pthread $(GCC_PURE)
+BASE_CFLAGS := -std=gnu17 $(OPT) $(NO_IVOPTS) -g $(WARN) -ffp-contract=off -fPIC \
+               -fvisibility=hidden -pthread
 CPPFLAGS += -I. -D_GNU_SOURCE -DDEXELD_VERSION='"$(VERSION)"' \
             -DDEXELD_SYSCONFDIR='"$(sysconfdir)"'
 PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
