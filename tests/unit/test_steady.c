@@ -19,6 +19,7 @@
 #include <unistd.h>
 
 #include "core/wire/wire.h"
+#include "daemon/clock.h"
 #include "daemon/config.h"
 #include "daemon/log.h"
 #include "daemon/server.h"
@@ -77,6 +78,7 @@ static void service_init(struct service *s, const char *yaml)
 static void service_fini(struct service *s)
 {
     dx_stream_stop(s->stream);
+    assert_true(dx_stream_join(s->stream, dx_clock_ns() + 60000000000u));
     dx_server_stop(s->server);
     pthread_join(s->loop, NULL);
     dx_server_free(s->server);
