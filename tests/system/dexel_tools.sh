@@ -22,6 +22,9 @@ digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
 expect 0 "$dexel" sim hall -o seq --size 300x130 --frames 4 --noise 0.004 --dropouts 0.01 --attr 16
 expect 0 "$dexel" mesh seq --stats -o last.ply
 last=$(digest)
+for key in regularity azimuth_step_deg elevation_step_deg; do
+  grep -qE "\"$key\": -?[0-9]" out || fail "--stats without $key"
+done
 for options in '--encoding f32' '--encoding q16' '--threads 1' '--frame 3'; do
   # shellcheck disable=SC2086 # option and value
   expect 0 "$dexel" mesh seq --stats $options
