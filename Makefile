@@ -185,7 +185,8 @@ install: all
 	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
 	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
 	$(INSTALL) -m 644 docs/dexeld.8 $(DESTDIR)$(mandir)/man8
-	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md $(DESTDIR)$(docdir)
+	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
+	  $(DESTDIR)$(docdir)
 	[ -e $(DESTDIR)$(sysconfdir)/dexeld/dexeld.yaml ] || \
 	  $(INSTALL) -m 644 config/dexeld.yaml $(DESTDIR)$(sysconfdir)/dexeld
 

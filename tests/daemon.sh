@@ -24,7 +24,8 @@ stop_dexeld() {
 }
 
 at_exit() {
-  [ -z "$dexeld_pid" ] || stop_dexeld || true
+  # after Ctrl-C, which the terminal sent to dexeld as well, it may be gone
+  [ -z "$dexeld_pid" ] || stop_dexeld 2>/dev/null || true
   rm -rf "$run"
 }
 trap at_exit EXIT

@@ -139,6 +139,7 @@ static int set_option(struct args *a, int opt, const char *text)
 
 static int parse(struct args *a, int argc, char **argv)
 {
+    struct dx_err err;
     int opt;
 
     *a = (struct args){.format = DX_FRAME_PTX};
@@ -154,7 +155,10 @@ static int parse(struct args *a, int argc, char **argv)
     }
     a->in = argv[optind];
     a->out = argv[optind + 1];
-    return 0;
+    if (dx_out_frames_check(a->out, &err) == 0)
+        return 0;
+    fprintf(stderr, "dexel convert: %s\n", err.text);
+    return -EINVAL;
 }
 
 int cmd_convert(int argc, char **argv)

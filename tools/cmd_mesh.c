@@ -153,6 +153,9 @@ static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, d
     json_object_set_new(j, "unit", json_real((double)o->geometry->unit_m));
     json_object_set_new(j, "sigma", dx_sigma_json(o->params.sigma));
     json_object_set_new(j, "rms_dexel", json_real(o->fit.rms_dexel));
+    json_object_set_new(j, "regularity", json_real(o->fit.regularity));
+    json_object_set_new(j, "azimuth_step_deg", json_real(o->fit.azimuth_step_deg));
+    json_object_set_new(j, "elevation_step_deg", json_real(o->fit.elevation_step_deg));
     json_object_set_new(j, "valid", json_real(o->fit.valid));
     json_object_set_new(j, "frame", json_integer((json_int_t)o->frame));
     json_object_set_new(j, "ns_per_dexel", json_real(o->mesh_s * 1e9 / n_dexels));

@@ -135,6 +135,11 @@ static int check(const struct args *a)
         fprintf(stderr, "dexel render: -o: found '%s', expected OUT.png\n", a->out ? a->out : "");
         return -EINVAL;
     }
+    if (a->config.frame != DX_OFFLINE_LAST && dx_ply_probe(a->config.path)) {
+        fprintf(stderr, "dexel render: --frame: found the mesh '%s', expected a scan\n",
+                a->config.path);
+        return -EINVAL;
+    }
     return dx_terrain_args_check(&a->config.terrain, "dexel render");
 }
 

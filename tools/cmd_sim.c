@@ -127,6 +127,7 @@ static int check_size(const struct dx_scene_config *c)
 static int settle_scene(struct args *a, const char *name)
 {
     struct dx_scene_config defaults;
+    struct dx_err err;
     int scene = dx_scene_from_name(name);
 
     if (scene < 0) {
@@ -135,6 +136,10 @@ static int settle_scene(struct args *a, const char *name)
     }
     if (!a->out) {
         fprintf(stderr, "dexel sim: found no -o, expected a file or directory to write\n");
+        return -EINVAL;
+    }
+    if (dx_out_frames_check(a->out, &err) < 0) {
+        fprintf(stderr, "dexel sim: -o: %s\n", err.text);
         return -EINVAL;
     }
     dx_scene_config_default(&defaults, (enum dx_scene)scene);

@@ -1,6 +1,8 @@
 /* Connect, ask, read a line. */
 #include "tools/control_client.h"
 
+#include "core/wire/wire.h"
+
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
@@ -53,10 +55,12 @@ static int connect_to(const char *path)
     return rc;
 }
 
+/* Blanks make it as long as a header of the mesh protocol: a mesh socket then refuses it at once,
+ * and does not wait for the rest. */
 static int send_line(int fd, const char *request)
 {
     char *line;
-    int len = asprintf(&line, "%s\n", request), sent = 0;
+    int len = asprintf(&line, "%-*s\n", DX_WIRE_HEADER_LEN, request), sent = 0;
 
     if (len < 0)
         return -ENOMEM;
@@ -109,6 +113,8 @@ static int read_line(char **reply, int fd)
             cap *= 2;
         }
         n = len == cap ? -EMSGSIZE : receive(fd, line + len, cap - len);
+        if (n > 0 && line[0] != '{')
+            n = -EPROTO;
         if (n > 0) {
             end = memchr(line + len, '\n', (size_t)n);
             len += (size_t)n;
@@ -123,6 +129,20 @@ static int read_line(char **reply, int fd)
     return 0;
 }
 
+static int tell(struct dx_err *err, const char *path, int rc)
+{
+    if (rc == -ECONNREFUSED || rc == -ENOENT)
+        return dx_err_set(err, rc, "%s: no dexeld answers here", path);
+    if (rc == -EPROTO || rc == -ECONNRESET || rc == -EPIPE)
+        return dx_err_set(
+            err, rc,
+            "%s: found no JSON line in answer, expected one; this seems to be the mesh "
+            "socket, but status needs the control socket (control_socket in the "
+            "configuration)",
+            path);
+    return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
+}
+
 int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err)
 {
     int fd = connect_to(path), rc = fd;
@@ -133,9 +153,5 @@ int dx_control_ask(char **reply, const char *path, const char *request, struct d
             rc = read_line(reply, fd);
         close(fd);
     }
-    if (rc < 0)
-        return dx_err_set(err, rc, "%s: %s", path,
-                          rc == -ECONNREFUSED || rc == -ENOENT ? "no dexeld answers here"
-                                                               : strerror(-rc));
-    return 0;
+    return rc < 0 ? tell(err, path, rc) : 0;
 }

@@ -1,6 +1,7 @@
 /* dexel: one program, a subcommand for each job. */
 #include "tools/cmd.h"
 
+#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -44,12 +45,10 @@ static int run(const char *name, int argc, char **argv)
     return 2;
 }
 
-int main(int argc, char **argv)
+static int dispatch(int argc, char **argv)
 {
     const char *name = argc > 1 ? argv[1] : "";
 
-    /* A file that outgrows its limit is an error of write(), told like a full disk. */
-    signal(SIGXFSZ, SIG_IGN);
     if (strcmp(name, "--version") == 0) {
         puts("dexel " DEXELD_VERSION);
         return 0;
@@ -65,4 +64,19 @@ int main(int argc, char **argv)
         return 2;
     }
     return run(name, argc - 1, argv + 1);
+}
+
+int main(int argc, char **argv)
+{
+    int status;
+
+    /* A file that outgrows its limit is an error of write(), told like a full disk. */
+    signal(SIGXFSZ, SIG_IGN);
+    status = dispatch(argc, argv);
+    errno = 0; /* that of an earlier write is gone; flush tells it again */
+    if ((fflush(stdout) != 0 || ferror(stdout)) && status == 0) {
+        fprintf(stderr, "dexel: standard output: %s\n", strerror(errno ? errno : EIO));
+        status = 1;
+    }
+    return status;
 }

@@ -20,6 +20,31 @@ static int format_of(const char *path)
     return -1;
 }
 
+/* After the last slash that something follows. */
+static bool has_dot(const char *path)
+{
+    size_t end = strlen(path);
+
+    while (end > 0 && path[end - 1] == '/')
+        end--;
+    while (end > 0 && path[end - 1] != '/')
+        if (path[--end] == '.')
+            return true;
+    return false;
+}
+
+int dx_out_frames_check(const char *path, struct dx_err *err)
+{
+    struct stat st;
+
+    if (format_of(path) >= 0 || !has_dot(path) || (stat(path, &st) == 0 && S_ISDIR(st.st_mode)))
+        return 0;
+    return dx_err_set(err, -EINVAL,
+                      "found '%s', expected a name ending in .ptx or .pcd, or a folder (without a "
+                      "dot in its name, or one that exists)",
+                      path);
+}
+
 static int open_folder(struct dx_out_frames *o, struct dx_err *err)
 {
     struct stat st;

@@ -24,6 +24,9 @@ struct dx_out_frames {
     uint64_t n;              /* frames so far */
 };
 
+/* -EINVAL: a file in another format must be meant ("scan.pcd.gz"), not a directory of that name. */
+int dx_out_frames_check(const char *path, struct dx_err *err);
+
 /* `format` is for directories, which are made when missing. Errors: -errno, the path in the text.
  */
 int dx_out_frames_open(struct dx_out_frames *o, const char *path, enum dx_frame_format format,

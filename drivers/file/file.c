@@ -344,9 +344,10 @@ static void file_describe(struct dx_device *dev, char *text, size_t len)
 
     if (!g || n < 0 || (size_t)n >= len)
         return;
-    snprintf(text + n, len - (size_t)n, ", %s %ux%u, rms %.2g dexel, unit %g mm",
+    snprintf(text + n, len - (size_t)n,
+             ", %s %ux%u, rms %.2g dexel, regularity %.2g dexel, unit %g mm",
              dx_model_name(g->model), g->width, g->height, dev->report.rms_dexel,
-             (double)g->unit_m * 1000);
+             dev->report.regularity, (double)g->unit_m * 1000);
 }
 
 const struct dx_fit_report *dx_file_fit_report(const struct dx_device *dev)

@@ -22,6 +22,9 @@ digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
 expect 0 "$dexel" sim hall -o seq --size 300x130 --frames 4 --noise 0.004 --dropouts 0.01 --attr 16
 expect 0 "$dexel" mesh seq --stats -o last.ply
 last=$(digest)
+for key in regularity azimuth_step_deg elevation_step_deg; do
+  grep -qE "\"$key\": -?[0-9]" out || fail "--stats without $key"
+done
 for options in '--encoding f32' '--encoding q16' '--threads 1' '--frame 3'; do
   # shellcheck disable=SC2086 # option and value
   expect 0 "$dexel" mesh seq --stats $options
@@ -44,6 +47,11 @@ expect 0 "$dexel" status --socket mesh.sock
 grep -q '^replay  *ended ' out || fail 'status does not show the stream'
 expect 0 "$dexel" status --socket mesh.sock --json
 expect 1 "$dexel" cat --socket mesh.sock --stream other
+ln -s mesh.sock alone.sock # no alone.sock.control beside it
+began=$(date +%s)
+expect 1 "$dexel" status --socket alone.sock
+says 'status needs the control socket (control_socket in the configuration)'
+[ $(($(date +%s) - began)) -lt 4 ] || fail 'status waited for a mesh socket'
 stop_dexeld || fail 'dexeld failed'
 expect 1 "$dexel" cat --socket mesh.sock
 expect 1 "$dexel" status --socket mesh.sock
@@ -60,6 +68,9 @@ says "dexel mesh: --tilt: found 'abc', expected degrees from 0 to 89"
 expect 2 "$dexel" mesh seq --stats --paper
 expect 2 "$dexel" cat --lossless --pull
 expect 2 "$dexel" render seq -o x.jpg
+expect 2 "$dexel" render last.ply -o x.png --frame 3
+says "dexel render: --frame: found the mesh 'last.ply', expected a scan"
+[ ! -e x.png ] || fail 'render wrote a picture all the same'
 expect 2 "$dexel" nothing
 expect 1 "$dexel" mesh none.ptx --stats
 expect 1 "$dexel" mesh seq --frame 4 --stats

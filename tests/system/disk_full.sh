@@ -56,5 +56,14 @@ for command in "mesh $run/scan.pcd --stats" "cat --socket $run/mesh.sock --quiet
   timeout 20 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
   [ $code = 1 ] && [ -s "$run/.said" ] || wrong "dexel $command: status $code, said '$(cat "$run/.said")'"
 done
+for command in "sim --list" --version --help help "help cat" "bench copy --size 64x64 --rounds 1"; do
+  code=0
+  # shellcheck disable=SC2086 # words
+  timeout 20 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
+  [ $code = 1 ] || wrong "dexel $command: status $code, expected 1"
+  grep -qx "dexel: standard output: No space left on device" "$run/.said" ||
+    wrong "dexel $command: said '$(cat "$run/.said")'"
+done
+"$dexel" mesh "$run/scan.pcd" -o "$run/none.ply" >/dev/full || wrong "mesh, which prints nothing: status $?"
 stop_dexeld || wrong "dexeld: status $dexeld_status"
 exit $bad

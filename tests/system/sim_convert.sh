@@ -47,6 +47,13 @@ expect 0 "$dexel" convert seq all.ptx --unit 0.001
 expect 0 "$dexel" convert all.ptx back --unit 0.001 --format pcd
 [ "$(ls back | wc -l)" = 3 ] || { echo "back holds $(ls back)"; bad=1; }
 
+mkdir run.7 plain
+for folder in run.7 plain run.7/more/ .; do
+  expect 0 "$dexel" convert a.ptx "$folder" --unit 0.001
+  [ -s "$folder/frame-000000.ptx" ] || { echo "$folder: no frame in it"; bad=1; }
+done
+rm frame-000000.ptx
+
 # what is wrong is told, with the right status, and leaves nothing
 touch before after
 ls -A >before
@@ -58,6 +65,11 @@ expect 2 "$dexel" sim hall -o x.ptx --noise much; says "'much'"
 expect 2 "$dexel" sim hall -o x.ptx --dropouts 2; says "'2'"
 expect 2 "$dexel" sim hall -o x.ptx --attr 12; says '0|8|16'
 expect 2 "$dexel" sim hall -o x.ptx --nothing
+# a directory is not made of a name that must be meant as a file
+for name in x.pcd.gz x.ptx.gz x.gz x.ply x.pcd/ ./seq/x.xyz .x; do
+  expect 2 "$dexel" sim hall -o "$name" --size 60x40; says "found '$name', expected a name ending in .ptx or .pcd"
+  expect 2 "$dexel" convert a.ptx "$name"; says "found '$name', expected a name ending in .ptx or .pcd"
+done
 expect 1 "$dexel" sim hall -o none/x.ptx --size 60x40; says 'none/x.ptx'
 expect 1 "$dexel" sim moving-box -o x.pcd --size 64x48 --frames 2; says 'x.pcd'
 expect 2 "$dexel" convert a.ptx; says 'IN and OUT'

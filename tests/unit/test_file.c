@@ -40,6 +40,7 @@ static void replays_a_file(void **state)
     assert_true(dx_file_fit_report(dev)->rms_dexel < 1e-3);
     dx_file_driver.describe(dev, text, sizeof(text));
     assert_non_null(strstr(text, "a.ptx: 1 file, spinning 12x5, rms "));
+    assert_non_null(strstr(text, ", regularity "));
     dx_file_driver.describe(dev, text, 10);
     assert_string_equal(text, "a.ptx: 1 ");
     expect_step(dev, &k, DX_DRIVER_E_EOF, "");
