@@ -17,7 +17,8 @@
 
 struct connection {
     struct dx_control *control;
-    int fd; /* -1: free */
+    int fd;          /* -1: free */
+    uint64_t number; /* in the order of their coming */
     sd_event_source *io;
     char in[MAX_LINE];
     size_t in_len;
@@ -28,6 +29,7 @@ struct connection {
 struct dx_control {
     struct dx_server *server;
     struct dx_listener listener;
+    uint64_t n_connections;
     struct connection connection[MAX_CONNECTIONS];
 };
 
@@ -139,26 +141,35 @@ static int on_connection(sd_event_source *source, int fd, uint32_t revents, void
     return 0;
 }
 
+/* A free place; else that of the connection that has been here longest, which gives way. */
+static struct connection *make_room(struct dx_control *k)
+{
+    struct connection *oldest = k->connection;
+
+    for (struct connection *c = k->connection; c < k->connection + MAX_CONNECTIONS; c++) {
+        if (c->fd < 0)
+            return c;
+        if (c->number < oldest->number)
+            oldest = c;
+    }
+    hang_up(oldest);
+    return oldest;
+}
+
 static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *control)
 {
     struct dx_control *k = control;
-    struct connection *c = k->connection, *end = c + MAX_CONNECTIONS;
-    int client;
+    struct connection *c;
+    int client = accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
 
     (void)revents;
-    while (c < end && c->fd >= 0)
-        c++;
-    if (c == end) { /* the one that has been here longest in its place gives way */
-        c = k->connection;
-        hang_up(c);
-    }
-    client = accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (client < 0) {
         if (errno != EAGAIN) /* out of descriptors: look away until dx_control_resume */
             sd_event_source_set_enabled(source, SD_EVENT_OFF);
         return 0;
     }
-    *c = (struct connection){.control = k, .fd = client};
+    c = make_room(k);
+    *c = (struct connection){.control = k, .fd = client, .number = ++k->n_connections};
     if (sd_event_add_io(k->server->event, &c->io, client, EPOLLIN, on_connection, c) < 0)
         hang_up(c);
     return 0;

@@ -145,6 +145,7 @@ static void adopt_commit(struct dx_feed_loop *l, const struct dx_feed_event *e)
 
 static void adopt_reset(struct dx_feed_loop *l, struct dx_feed_event *e)
 {
+    memcpy(l->reset_reason, e->reason, sizeof(l->reset_reason)); /* `dropped` reads it */
     for (struct dx_view *v = l->views; v; v = v->next) {
         v->dropped(v, false);
         dx_view_drop(v);
@@ -157,7 +158,6 @@ static void adopt_reset(struct dx_feed_loop *l, struct dx_feed_event *e)
     assert(dx_tiling_n_tiles(&l->tiling) <= l->feed->max_tiles);
     l->params = e->params;
     l->attr_bytes = e->attr_bytes;
-    memcpy(l->reset_reason, e->reason, sizeof(l->reset_reason));
     l->has_epoch = false;
 }
 

@@ -3,8 +3,10 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -76,6 +78,49 @@ static int bind_listen(int fd, const struct sockaddr_un *addr)
     return r;
 }
 
+/* Whether the open file is the one that has the name now: its last owner may have removed it
+ * between our open and our lock. */
+static bool is_current(int fd, const char *name)
+{
+    struct stat ours, named;
+
+    return fstat(fd, &ours) == 0 && stat(name, &named) == 0 && ours.st_dev == named.st_dev &&
+           ours.st_ino == named.st_ino;
+}
+
+/* Holds PATH.lock for as long as the socket is ours: two services that start at once would each
+ * find the other's socket, bound and not yet listening, stale. */
+static int lock(struct dx_listener *l, struct dx_err *err)
+{
+    for (;;) {
+        int fd = open(l->lock_name, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+
+        if (fd < 0)
+            return dx_err_set(err, -errno, "%s: %s", l->lock_name, strerror(errno));
+        if (flock(fd, LOCK_EX | LOCK_NB) < 0) {
+            close(fd);
+            return dx_err_set(err, -EADDRINUSE, "%s: another service has this socket",
+                              l->lock_name);
+        }
+        if (is_current(fd, l->lock_name)) {
+            l->lock_fd = fd;
+            return 0;
+        }
+        close(fd);
+    }
+}
+
+/* Which file the socket is, so that only that one is removed. */
+static void remember(struct dx_listener *l)
+{
+    struct stat st;
+
+    if (lstat(l->made, &st) == 0) {
+        l->dev = st.st_dev;
+        l->ino = st.st_ino;
+    }
+}
+
 static int make(struct dx_listener *l, const char *path, struct dx_err *err)
 {
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
@@ -85,7 +130,13 @@ static int make(struct dx_listener *l, const char *path, struct dx_err *err)
         return dx_err_set(err, -ENAMETOOLONG, "%s: a socket path has at most %zu bytes", path,
                           sizeof(addr.sun_path) - 1);
     memcpy(addr.sun_path, path, strlen(path));
-    r = clear_stale(&addr, err);
+    if (asprintf(&l->lock_name, "%s.lock", path) < 0) {
+        l->lock_name = NULL;
+        return dx_err_set(err, -ENOMEM, "%s: no memory", path);
+    }
+    r = lock(l, err);
+    if (r == 0)
+        r = clear_stale(&addr, err);
     if (r < 0)
         return r;
     l->made = strdup(path);
@@ -96,13 +147,15 @@ static int make(struct dx_listener *l, const char *path, struct dx_err *err)
         l->made = NULL;
         return dx_err_set(err, r, "%s: %s", path, strerror(-r));
     }
+    remember(l);
     return 0;
 }
 
 int dx_listener_open(struct dx_listener *l, const char *path, const char *name, struct dx_err *err)
 {
     l->fd = inherited(name);
-    l->made = NULL;
+    l->lock_fd = -1;
+    l->made = l->lock_name = NULL;
     if (l->fd < 0)
         return path ? make(l, path, err) : 0;
     if (fcntl(l->fd, F_SETFL, fcntl(l->fd, F_GETFL) | O_NONBLOCK) < 0)
@@ -112,12 +165,20 @@ int dx_listener_open(struct dx_listener *l, const char *path, const char *name, 
 
 void dx_listener_close(struct dx_listener *l)
 {
+    struct stat st;
+
     l->io = sd_event_source_disable_unref(l->io);
     if (l->fd >= 0)
         close(l->fd);
-    if (l->made)
+    if (l->made && lstat(l->made, &st) == 0 && st.st_dev == l->dev && st.st_ino == l->ino)
         unlink(l->made);
+    if (l->lock_fd >= 0) {
+        unlink(l->lock_name); /* before it is let go of: is_current() */
+        close(l->lock_fd);
+    }
+    free(l->lock_name);
+    l->lock_name = NULL;
     free(l->made);
     l->made = NULL;
-    l->fd = -1;
+    l->fd = l->lock_fd = -1;
 }

@@ -4,6 +4,7 @@
 #include "daemon/service.h"
 
 #include <stdio.h>
+#include <unistd.h>
 
 int main(int argc, char **argv)
 {
@@ -14,15 +15,15 @@ int main(int argc, char **argv)
 
     if (status != DX_OPTIONS_RUN)
         return status;
-    if (dx_options_config(&config, &options, &err) < 0 ||
-        (!options.check && dx_service_run(&config, options.ready_fd, &err) < 0)) {
+    status = dx_options_config(&config, &options, &err);
+    if (status == 0 && !options.check)
+        status = dx_service_run(&config, options.ready_fd, &err);
+    if (status == DX_SERVICE_E_LEFT)
+        _exit(0); /* a thread still uses what fini would free */
+    if (status < 0)
         fprintf(stderr, "dexeld: %s\n", err.text);
-        status = 1;
-    } else {
-        if (options.check)
-            printf("%s: ok\n", options.config);
-        status = 0;
-    }
+    else if (options.check)
+        printf("%s: ok\n", options.config);
     dx_config_fini(&config);
-    return status;
+    return status < 0 ? 1 : 0;
 }

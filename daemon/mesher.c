@@ -30,8 +30,8 @@ struct dx_mesher {
     uint64_t commit_ns;          /* when the last commit was made */
     struct dx_msg_commit commit; /* what the array holds now */
     bool has_mesh, uncommitted, unsent;
-    bool announced; /* subscribers have been told this geometry */
-    uint32_t n_resets;
+    bool announced; /* subscribers have been told this geometry, and the noise in force */
+    const char *why_reset;
 
     uint32_t served[DX_N_ENCODINGS];   /* generation that has been sent whole */
     uint64_t *pending[DX_N_ENCODINGS]; /* tiles that changed since they were sent */
@@ -238,6 +238,7 @@ static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
         refuse(m, g, "no mesh: too small, or no memory");
     m->announced = false;
     m->has_mesh = m->uncommitted = m->unsent = false;
+    m->why_reset = m->epoch ? "the geometry changed" : "";
     dx_geometry_unref(m->geometry);
     m->geometry = mail->geometry;
 }
@@ -247,9 +248,24 @@ static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
 static void announce(struct dx_mesher *m)
 {
     dx_feed_reset(m->feed, m->geometry, dx_terrain_params(m->terrain),
-                  dx_terrain_published(m->terrain)->attr_bytes,
-                  m->n_resets++ ? "the geometry changed" : "");
+                  dx_terrain_published(m->terrain)->attr_bytes, m->why_reset);
+    memset(m->served, 0, sizeof(m->served)); /* a reset takes all tiles from everybody */
     m->announced = true;
+}
+
+/* The noise, once a frame has told it, is the stream's: for a later geometry too. Subscribers who
+ * have been told the floor instead are told anew. */
+static void keep_noise(struct dx_mesher *m)
+{
+    const struct dx_terrain_params *p = dx_terrain_params(m->terrain);
+
+    if (m->have_noise || !p->sigma_given)
+        return;
+    m->config.terrain = *p;
+    m->have_noise = true;
+    if (m->announced)
+        m->why_reset = "the noise is known now";
+    m->announced = false;
 }
 
 /* Publishes runs of columns to the array. */
@@ -271,14 +287,13 @@ static void take_columns(struct dx_mesher *m, const struct dx_mail_item *mail)
 {
     if (!m->terrain)
         return;
-    if (!m->have_noise && !mail->complete)
-        return; /* the estimate wants a whole frame: its columns come together, when it is complete
-                 */
+    if (!m->have_noise && !mail->complete) /* the estimate wants a whole frame: all its columns */
+        return;                            /* are published together, when it is complete */
     if (m->have_noise)
         publish_columns(m, mail->plane, mail->columns);
     else
         dx_terrain_publish(m->terrain, mail->plane, 0, mail->plane->width);
-    m->have_noise = true;
+    keep_noise(m);
     m->uncommitted = true;
     m->commit = (struct dx_msg_commit){
         .frame = mail->frame,
@@ -314,7 +329,8 @@ static bool take_mail(struct dx_mesher *m)
     case DX_MAIL_STATE:
         commit_mesh(m);
         send_epoch(m);
-        dx_feed_state(m->feed, mail.state, mail.reason);
+        if (m->terrain || mail.state != DX_STREAM_LIVE) /* nothing is live without a mesh */
+            dx_feed_state(m->feed, mail.state, mail.reason);
         break;
     }
     return true;

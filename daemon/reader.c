@@ -56,6 +56,11 @@ void dx_stream_reader_stop(struct dx_stream_reader *r)
     r->driver->wake(r->device);
 }
 
+static bool stopped(struct dx_stream_reader *r)
+{
+    return atomic_load_explicit(&r->stop, memory_order_acquire);
+}
+
 static void decode(struct dx_stream_reader *r, const struct dx_block *block)
 {
     struct dx_frame_sink sink = dx_mailbox_sink(r->mailbox);
@@ -66,15 +71,15 @@ static void decode(struct dx_stream_reader *r, const struct dx_block *block)
         if (!r->is_live)
             dx_mailbox_put_state(r->mailbox, DX_STREAM_LIVE, "");
         r->is_live = true;
-    } else if (result != DX_DRIVER_E_AGAIN) {
+    } else if (result != DX_DRIVER_E_AGAIN && !stopped(r)) { /* a closed mailbox is no damage */
         dx_count(&r->counters->n_corrupt, 1);
         dx_log_warning("reader", "%s: %s", r->name, err.text);
         r->last = err;
     }
 }
 
-/* What subscribers are told when the source is over: that nothing more will come, and why when that is a
- * fault. A replay that had no good frame is one. */
+/* What subscribers are told when the source is over: that nothing more will come, and why when that
+ * is a fault. A replay that had no good frame is one. */
 static void finish(struct dx_stream_reader *r, int result, const struct dx_err *err)
 {
     char text[512];
@@ -96,7 +101,7 @@ void dx_stream_reader_run(struct dx_stream_reader *r)
     struct dx_err err = {""};
     int result = r->driver->start(r->device, &err);
 
-    while (result >= 0 && !atomic_load_explicit(&r->stop, memory_order_acquire)) {
+    while (result >= 0 && !stopped(r)) {
         struct dx_block block;
 
         result = r->driver->read(r->device, &block, &err);
@@ -105,7 +110,7 @@ void dx_stream_reader_run(struct dx_stream_reader *r)
         else if (result != DX_DRIVER_E_AGAIN)
             break;
     }
-    if (!atomic_load_explicit(&r->stop, memory_order_acquire))
+    if (!stopped(r))
         finish(r, result, &err);
     r->driver->stop(r->device);
 }

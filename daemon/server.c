@@ -355,7 +355,7 @@ int dx_server_new(struct dx_server **out, const struct dx_server_options *option
 
     if (!s)
         return dx_err_set(err, -ENOMEM, "no memory");
-    s->mesh.fd = s->stop_fd = -1;
+    s->mesh.fd = s->mesh.lock_fd = s->stop_fd = -1;
     s->options = *options;
     if (!s->options.max_clients)
         s->options.max_clients = MAX_CLIENTS;

@@ -3,6 +3,7 @@
 #ifndef DX_SERVER_PRIV_H
 #define DX_SERVER_PRIV_H
 
+#include <sys/types.h>
 #include <systemd/sd-event.h>
 
 #include "daemon/latency.h"
@@ -30,6 +31,10 @@ struct dx_server_stream {
 struct dx_listener {
     int fd;     /* -1: none */
     char *made; /* path to unlink; NULL: inherited */
+    dev_t dev;  /* which file that was */
+    ino_t ino;
+    int lock_fd; /* PATH.lock, held; -1: none */
+    char *lock_name;
     sd_event_source *io;
 };
 

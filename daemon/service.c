@@ -1,16 +1,20 @@
 /* Putting the service together, in order, and apart, in reverse. */
 #include "daemon/service.h"
 
+#include "daemon/clock.h"
 #include "daemon/log.h"
 #include "daemon/server.h"
 #include "daemon/stream.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <string.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
+
+#define JOIN_NS 300000000u /* for readers to come back from a decode */
 
 struct service {
     struct dx_pool *pool;
@@ -30,6 +34,14 @@ static void block_signals(void)
     sigaddset(&set, SIGINT);
     pthread_sigmask(SIG_BLOCK, &set, NULL);
     signal(SIGPIPE, SIG_IGN);
+}
+
+/* A descriptor 0 to 2 that is not open would become a socket, and a log line its bytes. */
+static void hold_standard_descriptors(void)
+{
+    for (int fd = 0; fd <= 2; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) < 0)
+            return;
 }
 
 static int open_streams(struct service *s, const struct dx_config *config, struct dx_err *err)
@@ -92,15 +104,24 @@ static int serve(struct service *s, int ready_fd, struct dx_err *err)
     return r < 0 ? dx_err_set(err, r, "the loop: %s", strerror(-r)) : 0;
 }
 
-/* Threads first: nobody publishes any more. Then the loop's side of the feeds, then the feeds. */
-static void take_down(struct service *s)
+/* Threads first: nobody publishes any more. Then the loop's side of the feeds, then the feeds.
+ * False: a reader did not come back in time, and what it uses stays. */
+static bool take_down(struct service *s)
 {
+    uint64_t due_ns = dx_clock_ns() + JOIN_NS;
+    bool joined = true;
+
     for (uint32_t k = 0; k < s->n_streams; k++)
         dx_stream_stop(s->stream[k]);
+    for (uint32_t k = 0; k < s->n_streams; k++)
+        joined &= dx_stream_join(s->stream[k], due_ns);
     dx_server_free(s->server);
+    if (!joined)
+        return false;
     for (uint32_t k = 0; k < s->n_streams; k++)
         dx_stream_free(s->stream[k]);
     dx_pool_free(s->pool);
+    return true;
 }
 
 int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *err)
@@ -108,6 +129,7 @@ int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *
     struct service s = {0};
     int r;
 
+    hold_standard_descriptors();
     block_signals();
     dx_log_set_level(config->log_level);
     r = dx_pool_new(&s.pool, config->threads);
@@ -120,6 +142,8 @@ int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *
         if (r == 0)
             r = serve(&s, ready_fd, err);
     }
-    take_down(&s);
-    return r;
+    if (take_down(&s))
+        return r;
+    dx_log_warning("service", "a reader is still in a decode: not waited for");
+    return r < 0 ? r : DX_SERVICE_E_LEFT;
 }

@@ -4,10 +4,14 @@
 
 #include "daemon/config.h"
 
+#define DX_SERVICE_E_LEFT                                                                          \
+    1 /* it has ended, but a reader is still in a decode: end the process at once */
+
 /*
  * Opens sources and sockets, starts the threads, serves until SIGTERM or SIGINT, and takes
  * everything down again. `ready_fd` (or -1) gets a line, and the service manager READY=1, when the
  * sockets listen. Errors, with text: what cannot be opened, what is in use, -ENOMEM.
+ * DX_SERVICE_E_LEFT: `config` must stay.
  */
 int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *err);
 

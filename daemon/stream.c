@@ -78,7 +78,6 @@ void dx_stream_free(struct dx_stream *s)
 {
     if (!s)
         return;
-    dx_stream_stop(s);
     dx_stream_reader_free(s->reader);
     dx_mesher_free(s->mesher);
     dx_feed_free(s->feed);
@@ -122,19 +121,25 @@ int dx_stream_start(struct dx_stream *s, struct dx_err *err)
 
 void dx_stream_stop(struct dx_stream *s)
 {
-    if (s->mailbox)
-        dx_mailbox_close(s->mailbox);
-    if (s->reader_runs) {
+    dx_mailbox_close(s->mailbox);
+    if (s->reader_runs)
         dx_stream_reader_stop(s->reader);
-        sem_post(&s->start);
-        pthread_join(s->reader_thread, NULL);
-        s->reader_runs = false;
-    }
-    if (s->mesher_runs) {
+    sem_post(&s->start);
+    if (s->mesher_runs)
         dx_mesher_stop(s->mesher);
+}
+
+bool dx_stream_join(struct dx_stream *s, uint64_t due_ns)
+{
+    struct timespec due = {(time_t)(due_ns / 1000000000u), (long)(due_ns % 1000000000u)};
+
+    if (s->mesher_runs)
         pthread_join(s->mesher_thread, NULL);
-        s->mesher_runs = false;
-    }
+    s->mesher_runs = false;
+    if (s->reader_runs && pthread_clockjoin_np(s->reader_thread, NULL, CLOCK_MONOTONIC, &due) != 0)
+        return false;
+    s->reader_runs = false;
+    return true;
 }
 
 void dx_stream_subscribers(void *stream, uint32_t n)

@@ -22,7 +22,12 @@ void dx_stream_free(
 
 /* Starts the threads. Errors: -EAGAIN and such from pthread_create. */
 int dx_stream_start(struct dx_stream *s, struct dx_err *err);
+
+/* Asks the threads to stop; dx_stream_join waits for them. False: the reader did not come back
+ * before `due_ns` of CLOCK_MONOTONIC (a decode cannot be interrupted), and nothing of the stream
+ * may be freed. */
 void dx_stream_stop(struct dx_stream *s);
+bool dx_stream_join(struct dx_stream *s, uint64_t due_ns);
 
 /* How many have subscribed; a replay that waits for some starts when there are enough. Any thread.
  */

@@ -264,6 +264,8 @@ static void name_streams(char *text, size_t len, const struct dx_subscriber *s)
         if (n > 0 && (size_t)n < len)
             n += snprintf(text + n, len - (size_t)n, "%s %s", st == s->server->streams ? "" : ",",
                           st->options.name);
+    for (char *p = text; *p; p++) /* the name that was asked for may be any bytes */
+        *p = *p & (char)0x80 ? '?' : *p;
 }
 
 static int join(struct dx_subscriber *s, struct dx_server_stream *st)
@@ -331,7 +333,8 @@ static void on_message(struct dx_subscriber *s, const struct dx_wire_header *h, 
         on_subscribe(s, body, h->length);
     } else if (s->phase == DX_SUBSCRIBER_STREAMING && h->type == DX_MSG_NEXT) {
         on_next(s, h->length);
-    } else if (s->phase == DX_SUBSCRIBER_HELLO || !(h->flags & DX_WIRE_SKIPPABLE)) {
+    } else if (s->phase == DX_SUBSCRIBER_HELLO || h->type <= DX_MSG_NEXT ||
+               !(h->flags & DX_WIRE_SKIPPABLE)) {
         snprintf(text, sizeof(text), "message type %u is not expected here", h->type);
         refuse(s, DX_WIRE_E_PROTOCOL, text);
     }

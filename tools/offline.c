@@ -11,7 +11,7 @@
 
 /* What the sink holds while frames come. */
 struct sink {
-    const struct dx_terrain_params *params;
+    struct dx_terrain_params params; /* sigma: the estimate, once a frame has told it */
     struct dx_terrain *terrain;
     struct dx_plane plane; /* of the told geometry */
     uint64_t number;       /* of the frame in `plane` */
@@ -29,7 +29,7 @@ static int on_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
     dx_plane_fini(&s->plane);
     s->plane = (struct dx_plane){0};
     s->filling = false;
-    rc = dx_terrain_new(&s->terrain, g, s->params, attr_bytes);
+    rc = dx_terrain_new(&s->terrain, g, &s->params, attr_bytes);
     if (rc < 0)
         return rc;
     return dx_plane_init(&s->plane, g->height, g->width, g->range_bytes, attr_bytes);
@@ -60,6 +60,7 @@ static void on_deliver(void *ctx, const struct dx_frame_part *part)
     if (!part->last)
         return;
     dx_terrain_publish(s->terrain, &s->plane, 0, s->plane.width);
+    s->params = *dx_terrain_params(s->terrain);
     s->filling = false;
     s->n_frames++;
 }
@@ -208,7 +209,7 @@ static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct d
 
 int dx_offline_run(struct dx_offline *o, const struct dx_offline_config *config, struct dx_err *err)
 {
-    struct sink sink = {.params = &config->terrain.params};
+    struct sink sink = {.params = config->terrain.params};
     int rc;
 
     *o = (struct dx_offline){0};

@@ -51,22 +51,27 @@ static inline uint16_t mul_high(uint16_t x, uint16_t y)
     return (uint16_t)((uint32_t)x * y >> 16);
 }
 
-/* What a range adds to the gate whatever the edge, once a dexel instead of once an edge. It stops
- * at 65535, which no difference exceeds. */
-static void gather_noise(struct dx_cell_block *b, const struct dx_gates *gates)
+/* For rows of 16-bit arithmetic: inlined, a constant is seen as part of a wider number, and
+ * products with it become 32-bit ones at four times the instructions. */
+#define OUT_OF_LINE __attribute__((noinline))
+
+/* Each product its own loop, for the same reason. */
+static OUT_OF_LINE void noise_row(uint16_t *restrict out, const uint16_t *range, uint16_t t0,
+                                  uint16_t n2)
 {
-    uint16_t t0 = (uint16_t)gates->t0, n2 = (uint16_t)gates->n2, most = (uint16_t)(65535 - t0);
     uint16_t square[N];
 
-    for (uint32_t i = 0; i <= b->n_rows; i++) {
-        for (uint32_t j = 0; j <= b->n_cols; j++)
-            square[j] = mul_high(b->range16[i][j], b->range16[i][j]);
-        for (uint32_t j = 0; j <= b->n_cols; j++) {
-            uint16_t term = mul_high(square[j], n2);
+    for (uint32_t j = 0; j < N; j++)
+        square[j] = mul_high(range[j], range[j]);
+    for (uint32_t j = 0; j < N; j++)
+        out[j] = (uint16_t)(t0 + mul_high(square[j], n2));
+}
 
-            b->noise[i][j] = (uint16_t)(t0 + (term < most ? term : most));
-        }
-    }
+/* What a range adds to the gate whatever the edge: once a dexel instead of once an edge. */
+static void gather_noise(struct dx_cell_block *b, const struct dx_gates *gates)
+{
+    for (uint32_t i = 0; i <= b->n_rows; i++)
+        noise_row(b->noise[i], b->range16[i], (uint16_t)gates->t0, (uint16_t)gates->n2);
 }
 
 static void gather_constants(struct dx_cell_block *b, const struct dx_gates *gates, uint32_t row0,
@@ -99,10 +104,10 @@ static void gather_directions(struct dx_cell_block *b, const struct dx_geometry 
 /* ---- the first-order rule ------------------------------------------------------------------- */
 
 /*
- * hi - lo <= noise + (lo * c >> 16) in 16 bits: what the noise gate leaves of the difference is
- * compared with the tilt gate. No minimum, no maximum: compilers have none for unsigned vectors
- * without SSE4.1, but they can select by a mask. The noise term does not fall with range, so the
- * nearer sample has the smaller one.
+ * hi - lo <= noise + (lo * c >> 16) in 16 bits: the sum might not fit, so what the noise term
+ * leaves of the difference is compared with the tilt term. No minimum, no maximum: SSE2 has none
+ * for unsigned 16 bits, but selecting by a mask becomes vectors. The noise term does not fall with
+ * range, so the nearer sample has the smaller one.
  */
 static inline uint8_t joined(uint16_t x, uint16_t y, uint16_t noise_x, uint16_t noise_y, uint16_t c)
 {
@@ -114,8 +119,8 @@ static inline uint8_t joined(uint16_t x, uint16_t y, uint16_t noise_x, uint16_t 
            ((difference <= noise) | ((uint16_t)(difference - noise) <= mul_high(lo, c)));
 }
 
-static void join_even(uint8_t *restrict out, const uint16_t *x, const uint16_t *y,
-                      const uint16_t *noise_x, const uint16_t *noise_y, uint16_t c)
+static OUT_OF_LINE void join_even(uint8_t *restrict out, const uint16_t *x, const uint16_t *y,
+                                  const uint16_t *noise_x, const uint16_t *noise_y, uint16_t c)
 {
     for (uint32_t j = 0; j < N; j++)
         out[j] = joined(x[j], y[j], noise_x[j], noise_y[j], c);

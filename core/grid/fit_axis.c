@@ -6,6 +6,7 @@
 
 #include "core/base/trig.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* Known lines that a slope at the ends of an axis is taken over. */
@@ -13,11 +14,7 @@
 
 double dx_fit_wrap_angle(double a)
 {
-    while (a > DX_PI)
-        a -= 2 * DX_PI;
-    while (a <= -DX_PI)
-        a += 2 * DX_PI;
-    return a;
+    return a - 2 * DX_PI * rint(a / (2 * DX_PI));
 }
 
 static uint32_t next_known(const struct dx_fit_axis *axis, uint32_t k)

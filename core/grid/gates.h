@@ -14,7 +14,7 @@ enum dx_edge { DX_EDGE_H, DX_EDGE_V, DX_EDGE_AC, DX_EDGE_BD, DX_N_EDGES };
 
 struct dx_gates {
     bool first_order; /* false in the paper's mode: the cap decides alone */
-    bool wide;        /* 64-bit arithmetic: 32-bit ranges, or a constant above 65535 */
+    bool wide;        /* 64-bit arithmetic: 32-bit ranges, or a term that can exceed 65535 */
     uint32_t t0;
     uint64_t n2;
     uint64_t cap; /* longest edge, units * 2^12; 0 = no cap */

@@ -63,8 +63,9 @@ static double median(const struct histogram *h)
     return 0;
 }
 
-/* Least squares of s0 + s2 r^2 over the octaves, weighted by samples; neither may be negative. */
-static void fit(double *s0, double *s2, const struct histogram *h)
+/* Least squares of s0 + s2 r^2 over the octaves, weighted by samples; neither may be negative.
+ * False: no octave has samples enough. */
+static bool fit(double *s0, double *s2, const struct histogram *h)
 {
     double w = 0, wx = 0, wxx = 0, wy = 0, wxy = 0, det;
 
@@ -92,6 +93,7 @@ static void fit(double *s0, double *s2, const struct histogram *h)
         *s0 = 0;
         *s2 = wxy / wxx;
     }
+    return w > 0;
 }
 
 /* 2 cos(psi) between neighbours of a row; exactly 2 for depths, which are affine (ALGORITHMS 1.3,
@@ -121,19 +123,21 @@ static void add_row(struct histogram *h, const struct dx_plane *frame, const str
     }
 }
 
-void dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const struct dx_geometry *g)
+bool dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const struct dx_geometry *g)
 {
     static const size_t enough =
         1u << 20; /* triples for a median; larger frames are thinned by rows */
     struct histogram h[OCTAVES];
     uint32_t step = 1 + (uint32_t)(dx_plane_n_dexels(frame) / enough);
     double u = (double)g->unit_m, s0, s2;
+    bool known;
 
     memset(h, 0, sizeof(h));
     for (uint32_t i = 0; i < frame->height; i += step)
         add_row(h, frame, g, i);
-    fit(&s0, &s2, h);
+    known = fit(&s0, &s2, h);
     sigma[0] = (s0 > 0.5 ? s0 : 0.5) * u;
     sigma[1] = 0;
     sigma[2] = s2 / u;
+    return known;
 }

@@ -189,20 +189,32 @@ static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, 
         mark_tiles(t, row, col0, col0 + n - 1);
 }
 
-/* The noise and the constants that follow from it, once. */
-static void settle_gates(struct dx_terrain *t, const struct dx_plane *frame)
+static void mark_all(struct dx_terrain *t)
 {
-    if (!t->params.sigma_given)
-        dx_noise_estimate(t->params.sigma, frame, t->geometry);
+    for (uint32_t k = 0; k < dx_tiling_n_tiles(&t->tiling); k++)
+        t->marked[k / 64] |= 1ull << (k % 64);
+}
+
+/* The noise, from the first frame that can tell it, and the constants that follow from it. */
+static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
+{
+    t->params.sigma_given = dx_noise_estimate(t->params.sigma, frame, t->geometry);
+    if (t->gates_set && !t->params.sigma_given)
+        return; /* the floor still */
     dx_gates_set(&t->gates, t->geometry, &t->params);
     t->gates_set = true;
+    mark_all(t);
 }
 
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                         uint32_t n_cols)
 {
-    if (!t->gates_set)
-        settle_gates(t, frame);
+    if (!t->params.sigma_given && (n_cols == frame->width || !t->gates_set))
+        settle_noise(t, frame);
+    if (!t->gates_set) {
+        dx_gates_set(&t->gates, t->geometry, &t->params);
+        t->gates_set = true;
+    }
     for (uint32_t i = 0; i < frame->height; i++)
         for (uint32_t j = col0; j < col0 + n_cols;) {
             uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;

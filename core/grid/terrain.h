@@ -47,13 +47,13 @@ const struct dx_tiling *dx_terrain_tiling(const struct dx_terrain *t);
 const struct dx_geometry *dx_terrain_geometry(const struct dx_terrain *t);
 const struct dx_plane *dx_terrain_published(const struct dx_terrain *t);
 
-/* The parameters in force: sigma is the estimate once there was a frame. */
+/* The parameters in force: sigma is the estimate, and sigma_given is set, once it is settled. */
 const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t);
 
 /*
  * Publishes columns [col0, col0 + n_cols) of `frame` (of the array's size; n_cols = width for a
- * whole frame) and marks the tiles they touch. The first call estimates the noise where it was not
- * given: hand it a whole frame, or set sigma.
+ * whole frame) and marks the tiles they touch. Where the noise was not given, the first whole frame
+ * that can tell it settles it (dx_terrain_params); until then it is the floor.
  */
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                         uint32_t n_cols);
@@ -72,7 +72,8 @@ const uint64_t *dx_terrain_changed(const struct dx_terrain *t);
 bool dx_terrain_tile(const struct dx_terrain *t, uint32_t tile_number, struct dx_tile *tile);
 
 /* Noise model from one frame: per octave of range, the median absolute second difference of inverse
- * range along rows; s0 and s2 fitted, s1 = 0, never below half a unit. */
-void dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const struct dx_geometry *g);
+ * range along rows; s0 and s2 fitted, s1 = 0, never below half a unit. False: the frame has too few
+ * returns to tell, and sigma is that floor. */
+bool dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const struct dx_geometry *g);
 
 #endif
