@@ -89,10 +89,12 @@ grep -q "\"frame\": $((n_bad + 1)), " "$run/cat.json" || wrong "the last frame i
 grep -q "\"frames\":2,.*\"corrupt\":$n_bad}" "$run/status.json" || wrong "of $n_bad damaged frames: $(cat "$run/status.json")"
 grep -q 'reader: replay: .*scan/absurd-columns.ptx: line 1' "$run/dexeld.log" || wrong "the log does not say what was damaged: $(cat "$run/dexeld.log")"
 
-# ---- nothing but a damaged one
-start_dexeld --replay "$run/scan/cut-20-a.pcd" --rate max --wait 0 --socket "$run/mesh.sock" || exit 1
-until "$dexel" status --socket "$run/mesh.sock" --json >"$run/status.json" && grep -q '"state":"gone"' "$run/status.json"; do :; done
-grep -q '"reason":"[^"]*cut-20-a.pcd: byte [0-9]' "$run/status.json" || wrong "no reason: $(cat "$run/status.json")"
+# ---- nothing but a damaged one: the stream ends, and subscribers hear why
+start_dexeld --replay "$run/scan/cut-20-a.pcd" --rate max --socket "$run/mesh.sock" || exit 1
+code=0
+timeout 20 "$dexel" cat --socket "$run/mesh.sock" 2>"$run/said" || code=$?
+[ $code = 1 ] || wrong "dexel cat of a stream without a frame: status $code, expected 1"
+grep -q 'ended: .*cut-20-a.pcd: byte [0-9]' "$run/said" || wrong "no reason: $(cat "$run/said")"
 stop_dexeld || wrong "dexeld: status $?"
 echo "$n_bad damaged files"
 exit $bad

@@ -84,11 +84,13 @@ rm -f "$sock"
 
 # sockets of the service manager
 if command -v systemd-socket-activate >/dev/null; then
+  mkfifo "$run/activate"
+  exec 7<>"$run/activate"
   systemd-socket-activate -l "$sock" -l "$sock.control" --fdname=mesh:control \
-    "$dexeld" -c "$run/good.yaml" 2>"$run/activate.log" &
+    "$dexeld" -c "$run/good.yaml" 2>"$run/activate" &
   dexeld_pid=$!
-  until [ -S "$sock.control" ]; do kill -0 $dexeld_pid || break; done
-  timeout 20 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "activated: no mesh: $(cat "$run/activate.log")"
+  read -r _ <&7 && read -r _ <&7 # "Listening on", twice
+  timeout 20 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "activated: no mesh"
   timeout 20 "$dexel" status --socket "$sock" >/dev/null || wrong "activated: no status"
   stop_dexeld || wrong "activated: status $dexeld_status"
   [ -S "$sock" ] || wrong "an inherited socket was removed"

@@ -17,10 +17,13 @@ done
 
 # the first alone gets nothing
 start_dexeld --replay "$run/scan" --rate max --wait 2 --socket "$run/mesh.sock"
-"$dexel" cat --socket "$run/mesh.sock" --lossless --encoding q16 -o "$run/q16-%06d.ply" --every --stats --quiet >"$run/q16.json" &
+mkfifo "$run/first"
+exec 8<>"$run/first"
+"$dexel" cat --socket "$run/mesh.sock" --lossless --encoding q16 -o "$run/q16-%06d.ply" --every --stats >"$run/q16.json" 2>&8 &
 first=$!
-until status | grep -q '"subscribers":1'; do kill -0 $first; done
-status | grep -q '"state":"opening".*"frames":0,' || wrong "it began with one subscriber: $(status)"
+read -r said <&8
+[ "$said" = opening ] || wrong "the first was told '$said', expected 'opening'"
+status | grep -q '"state":"opening".*"frames":0,.*"subscribers":1' || wrong "it began with one subscriber: $(status)"
 "$dexel" cat --socket "$run/mesh.sock" --lossless --encoding f32 -o "$run/f32-%06d.ply" --every --stats --quiet >"$run/f32.json"
 wait $first
 status | grep -q '"state":"ended"' || wrong "not ended: $(status)"
