@@ -33,7 +33,7 @@ ends() {
   took=$(($(now_ms) - start))
   echo "$1: ended $took ms after SIGTERM"
   [ $took -lt 5000 ] || wrong "$1: took $took ms to end"
-  [ ! -e "$sock" ] && [ ! -e "$sock.control" ] || wrong "$1: sockets are left"
+  [ -z "$(ls -d "$sock"* 2>/dev/null)" ] || wrong "$1: left $(ls -d "$sock"*)"
 }
 
 start_dexeld -c "$run/good.yaml" || exit 1
@@ -42,7 +42,7 @@ for s in "$sock" "$sock.control"; do
 done
 
 # one service at an address
-fails 1 "$sock: another service answers here" "$dexeld" -c "$run/good.yaml"
+fails 1 "$sock.lock: another service has this socket" "$dexeld" -c "$run/good.yaml"
 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "the first service was disturbed"
 
 # with clients: one that reads, and one that was stopped and has a message half written to it
@@ -50,11 +50,12 @@ mkfifo "$run/said.cat"
 exec 8<>"$run/said.cat"
 "$dexel" cat --socket "$sock" --encoding f32 >&8 2>&1 &
 stopped=$!
-read -r _ <&8
+timeout 20 grep -q -m 1 '160 x 120 dexels' <&8 || wrong "a client was told nothing"
 kill -STOP $stopped
 "$dexel" cat --socket "$sock" --encoding q16 >&8 2>&1 &
 client=$!
-read -r _ <&8
+timeout 20 grep -q -m 1 '160 x 120 dexels' <&8 || wrong "a client was told nothing"
+"$dexel" cat --socket "$sock" --frames 5 --quiet || wrong "a client beside a stopped one has no mesh"
 ends "live, with clients"
 kill -CONT $stopped
 for c in $client $stopped; do
@@ -89,7 +90,7 @@ if command -v systemd-socket-activate >/dev/null; then
   systemd-socket-activate -l "$sock" -l "$sock.control" --fdname=mesh:control \
     "$dexeld" -c "$run/good.yaml" 2>"$run/activate" &
   dexeld_pid=$!
-  read -r _ <&7 && read -r _ <&7 # "Listening on", twice
+  timeout 20 grep -m 2 'Listening on' <&7 >"$run/said" || wrong "systemd-socket-activate does not listen"
   timeout 20 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "activated: no mesh"
   timeout 20 "$dexel" status --socket "$sock" >/dev/null || wrong "activated: no status"
   stop_dexeld || wrong "activated: status $dexeld_status"
