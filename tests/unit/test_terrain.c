@@ -333,6 +333,45 @@ static void noise_is_estimated_within_a_fifth(void **state)
         }
 }
 
+/* A first frame of a few returns cannot tell the noise: the first that can does, once, for the
+ * whole array. */
+static void noise_waits_for_a_frame_that_tells(void **state)
+{
+    struct dx_terrain_params params;
+    struct dx_scene_config c;
+    struct dx_geometry *g;
+    struct dx_plane p, sparse;
+    struct dx_terrain *t;
+    struct whole_mesh got, want;
+    double settled;
+
+    (void)state;
+    dx_scene_config_default(&c, DX_SCENE_HALL);
+    c.sigma[0] = 0.01;
+    g = scene(&c, c.scene, &p);
+    assert_int_equal(dx_plane_init(&sparse, g->height, g->width, g->range_bytes, 0), 0);
+    for (size_t k = 0; k < 600; k += 4)
+        dx_plane_set_range(&sparse, k, 3000);
+    dx_terrain_params_default(&params);
+    t = meshed(g, &params, &sparse, NULL);
+    assert_false(dx_terrain_params(t)->sigma_given);
+    dx_terrain_publish(t, &p, 0, g->width);
+    dx_terrain_commit(t, NULL);
+    settled = dx_terrain_params(t)->sigma[0];
+    assert_true(dx_terrain_params(t)->sigma_given && fabs(settled - 0.01) < 0.002);
+    got = collect(t);
+    want = oracle_mesh(t);
+    assert_same_mesh(&got, &want);
+    dx_terrain_publish(t, &sparse, 0, g->width);
+    assert_true(dx_terrain_params(t)->sigma[0] == settled);
+    free(got.triangle);
+    free(want.triangle);
+    dx_terrain_free(t);
+    dx_plane_fini(&sparse);
+    dx_plane_fini(&p);
+    dx_geometry_unref(g);
+}
+
 /* A table whose directions fold over themselves in one place loses those cells and keeps its faces.
  */
 static void folded_cells_are_masked(void **state)
@@ -397,6 +436,7 @@ int main(void)
         cmocka_unit_test(a_full_turn_closes_its_seam),
         cmocka_unit_test(the_cap_bounds_every_edge),
         cmocka_unit_test(noise_is_estimated_within_a_fifth),
+        cmocka_unit_test(noise_waits_for_a_frame_that_tells),
         cmocka_unit_test(folded_cells_are_masked),
         cmocka_unit_test(bad_parameters_are_named),
     };
