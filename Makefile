@@ -31,8 +31,7 @@ WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-protot
 NO_IVOPTS := $(if $(findstring clang,$(shell $(CC) --version)),,-fno-ivopts)
 BASE_CFLAGS := -std=gnu17 $(OPT) $(NO_IVOPTS) -g $(WARN) -ffp-contract=off -fPIC \
                -fvisibility=hidden -pthread
-CPPFLAGS += -I. -D_GNU_SOURCE -DDEXELD_VERSION='"$(VERSION)"' \
-            -DDEXELD_SYSCONFDIR='"$(sysconfdir)"'
+CPPFLAGS += -I. -D_GNU_SOURCE -DDEXELD_VERSION='"$(VERSION)"'
 PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)
 PKG_LIBS = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -llzf -lm
 ALL_CFLAGS = $(BASE_CFLAGS) $(CPPFLAGS) $(PKG_CFLAGS) $(CFLAGS) $(SAN)

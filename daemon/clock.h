@@ -15,8 +15,8 @@ static inline uint64_t dx_clock_ns(void)
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
-/* Waits for the semaphore, or until `due_ns` (0: for ever). */
-static inline void dx_clock_sem_wait(sem_t *sem, uint64_t due_ns)
+/* Waits for the semaphore, or until `due_ns` (0: for ever). 0, or -1: it did not come. */
+static inline int dx_clock_sem_wait(sem_t *sem, uint64_t due_ns)
 {
     struct timespec t = {(time_t)(due_ns / 1000000000u), (long)(due_ns % 1000000000u)};
     int r;
@@ -24,6 +24,7 @@ static inline void dx_clock_sem_wait(sem_t *sem, uint64_t due_ns)
     do
         r = due_ns ? sem_clockwait(sem, CLOCK_MONOTONIC, &t) : sem_wait(sem);
     while (r < 0 && errno == EINTR);
+    return r;
 }
 
 #endif

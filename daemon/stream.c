@@ -25,6 +25,7 @@ struct dx_stream {
     struct dx_feed *feed;
     struct dx_mesher *mesher;
     struct dx_stream_reader *reader;
+    sem_t reader_done;
     sem_t start; /* raised when enough have subscribed, or at the stop */
     atomic_bool enough;
     bool reader_runs, mesher_runs;
@@ -53,6 +54,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
         return dx_err_set(err, -ENOMEM, "stream %s: no memory", config->name);
     s->config = config;
     sem_init(&s->start, 0, 0);
+    sem_init(&s->reader_done, 0, 0);
     r = dx_mailbox_new(&s->mailbox, config->lossless, kick_mesher, s);
     if (r == 0)
         r = dx_feed_new(&s->feed, MAX_TILES, FEED_EPOCHS, 2, -1, kick_mesher, s);
@@ -82,6 +84,7 @@ void dx_stream_free(struct dx_stream *s)
     dx_mesher_free(s->mesher);
     dx_feed_free(s->feed);
     dx_mailbox_free(s->mailbox);
+    sem_destroy(&s->reader_done);
     sem_destroy(&s->start);
     free(s);
 }
@@ -93,6 +96,7 @@ static void *reader_main(void *stream)
     if (s->config->wait)
         dx_clock_sem_wait(&s->start, 0);
     dx_stream_reader_run(s->reader);
+    sem_post(&s->reader_done);
     return NULL;
 }
 
@@ -131,13 +135,14 @@ void dx_stream_stop(struct dx_stream *s)
 
 bool dx_stream_join(struct dx_stream *s, uint64_t due_ns)
 {
-    struct timespec due = {(time_t)(due_ns / 1000000000u), (long)(due_ns % 1000000000u)};
-
     if (s->mesher_runs)
         pthread_join(s->mesher_thread, NULL);
     s->mesher_runs = false;
-    if (s->reader_runs && pthread_clockjoin_np(s->reader_thread, NULL, CLOCK_MONOTONIC, &due) != 0)
-        return false;
+    if (s->reader_runs) {
+        if (dx_clock_sem_wait(&s->reader_done, due_ns) < 0)
+            return false;
+        pthread_join(s->reader_thread, NULL); /* at once */
+    }
     s->reader_runs = false;
     return true;
 }
