@@ -17,8 +17,10 @@ struct dx_stream;
  * borrowed. Errors name the stream. */
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
                   struct dx_pool *pool, struct dx_err *err);
-void dx_stream_free(
-    struct dx_stream *s); /* stops it first; the loop must have let go of the feed */
+
+/* NULL is fine. Its threads must not run (never started, or joined), and the loop must have let go
+ * of the feed. */
+void dx_stream_free(struct dx_stream *s);
 
 /* Starts the threads. Errors: -EAGAIN and such from pthread_create. */
 int dx_stream_start(struct dx_stream *s, struct dx_err *err);
