@@ -14,6 +14,15 @@
 enum dx_diag {
     DX_DIAG_FIXED = 0, /* always a-c, unless b-d gives more triangles */
     DX_DIAG_SHORT = 1, /* the diagonal whose ends differ less in range; ties a-c */
+    DX_DIAG_BEND =
+        2, /* the diagonal along which the surface bends less; b-d by a margin of noise */
+};
+
+/* Which samples are taken for a mix of two surfaces, and left out of the mesh. */
+enum dx_mixed {
+    DX_MIXED_OFF = 0,
+    DX_MIXED_AXIS = 1,   /* cut off from both neighbours of its row, or of its column */
+    DX_MIXED_STRICT = 2, /* besides, joined to at most three of its eight neighbours */
 };
 
 struct dx_terrain_params {
@@ -23,11 +32,17 @@ struct dx_terrain_params {
         tilt_deg;   /* steepest incidence joined by the first-order rule; default 78.69 (tan = 5) */
     double noise_k; /* noise gate in sigmas; default 4 */
     double cap_m;   /* longest edge, metres; 0 = no cap */
-    bool paper;     /* the paper's own rule: length <= cap_m, nothing else */
+    bool rescue;    /* second-order rule: keep steep planes that the first-order rule cuts */
+    enum dx_mixed mixed;
+    uint8_t bridge; /* missing dexels in a row that a strut may span: 0, 1, 2 */
+    bool caps;      /* close the hole at each pole of a full turn by a fan */
+    bool normals;   /* compute a normal for each vertex */
+    bool paper;     /* the paper's own rule: length <= cap_m, nothing else; overrides the rest */
     enum dx_diag diag;
 };
 
-/* The defaults named above; sigma not given; diag short. */
+/* The defaults named above; sigma not given; rescue, mixed axis, bridge 1, diag bend; no caps, no
+ * normals. */
 void dx_terrain_params_default(struct dx_terrain_params *p);
 
 /* NULL, or what is wrong with the parameters ("tilt must be in 0..89"). */

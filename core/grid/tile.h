@@ -9,13 +9,15 @@
 #define DX_TILE_H
 
 #include "core/grid/geometry.h"
+#include "core/grid/strut.h"
 
-#define DX_TILE_CELLS         64
-#define DX_BLOCK              67
-#define DX_BLOCK_DEXELS       (DX_BLOCK * DX_BLOCK)
-#define DX_MASK_BYTES         ((DX_BLOCK_DEXELS + 7) / 8)
-#define DX_TILE_MAX_VERTICES  DX_BLOCK_DEXELS
-#define DX_TILE_MAX_TRIANGLES (2 * DX_TILE_CELLS * DX_TILE_CELLS)
+#define DX_TILE_CELLS        64
+#define DX_BLOCK             67
+#define DX_BLOCK_DEXELS      (DX_BLOCK * DX_BLOCK)
+#define DX_MASK_BYTES        ((DX_BLOCK_DEXELS + 7) / 8)
+#define DX_TILE_MAX_VERTICES DX_BLOCK_DEXELS
+/* Each triangle covers half a square of the block at the least, and none twice. */
+#define DX_TILE_MAX_TRIANGLES (2 * (DX_BLOCK - 1) * (DX_BLOCK - 1))
 
 /* The seven outcomes of a cell. */
 enum dx_cell {
@@ -50,6 +52,7 @@ struct dx_tile {
     uint8_t attr_bytes;           /* 0, 1 or 2 */
     uint8_t code[DX_TILE_CELLS *
                  DX_TILE_CELLS];     /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
+    uint8_t strut[DX_BLOCK_DEXELS];  /* code (strut.h) at the missing dexel that owns it; 0 none */
     uint32_t range[DX_BLOCK_DEXELS]; /* block order; only used dexels matter */
     uint16_t attr[DX_BLOCK_DEXELS];
 };
