@@ -105,12 +105,18 @@ static void gather_directions(struct dx_area *a, const struct dx_geometry *g)
         }
 }
 
-/* 2^40 / range; 0 for what is missing or too near for the fixed point. */
+/* floor(2^40 / range); 0 for what is missing or too near for the fixed point. The quotient of
+ * doubles is off by less than 2^-52 of it, and no closer to the next integer than 1 / range: it
+ * truncates to the same, at a third of the time of an integer division. */
 static void invert_ranges(struct dx_area *a)
 {
     for (uint32_t p = a->first; p < a->end; p++)
-        for (uint32_t q = 0; q < DX_AREA; q++)
-            a->q[p][q] = a->range[p][q] >= 16 ? (UINT64_C(1) << 40) / a->range[p][q] : 0;
+        for (uint32_t q = 0; q < DX_AREA; q++) {
+            uint32_t range = a->range[p][q];
+            int64_t inverse = (int64_t)(0x1p40 / (double)(range < 16 ? 16 : range));
+
+            a->q[p][q] = range < 16 ? 0 : (uint64_t)inverse;
+        }
 }
 
 void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struct dx_tiling *tiling,

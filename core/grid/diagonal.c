@@ -23,25 +23,39 @@ static void prefer_short(uint8_t *restrict out, const struct dx_area *a, uint32_
         out[q] = difference(top[q + 1], bottom[q]) < difference(top[q], bottom[q + 1]);
 }
 
-/* Residuals of the two diagonal lines through the dexels of area row p. */
+/* Residuals of the two diagonal lines through dexel q of area row p. */
+static inline void residual_at(struct dx_residuals *r, const struct dx_area *a, uint32_t p,
+                               uint32_t q, struct dx_line ac, struct dx_line bd)
+{
+    const uint64_t *above = a->q[p - 1], *here = a->q[p], *below = a->q[p + 1];
+
+    r->ac[q] = dx_line_residual(above[q - 1], here[q], below[q + 1], ac);
+    r->bd[q] = dx_line_residual(above[q + 1], here[q], below[q - 1], bd);
+    r->has_ac[q] =
+        ((ac.minus | ac.plus) != 0) & (above[q - 1] != 0) & (here[q] != 0) & (below[q + 1] != 0);
+    r->has_bd[q] =
+        ((bd.minus | bd.plus) != 0) & (above[q + 1] != 0) & (here[q] != 0) & (below[q - 1] != 0);
+}
+
 static void residual_row(struct dx_residuals *r, const struct dx_area *a,
                          const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
 {
-    const uint64_t *above = a->q[p - 1], *here = a->q[p], *below = a->q[p + 1];
+    const uint32_t first = DX_MARGIN, end = DX_MARGIN + a->n_cols + 1;
     const int64_t row = a->row0 + p;
 
-    memset(r, 0, sizeof(*r));
-    if (row < 1 || row + 1 >= g->height)
-        return;
-    for (uint32_t q = DX_MARGIN; q <= DX_MARGIN + a->n_cols; q++) {
-        uint32_t col = gates->per_dexel ? dx_area_col(a, q, g->width) : 0;
-        struct dx_line ac = dx_gates_line(gates, g->width, DX_EDGE_AC, (uint32_t)row, col);
-        struct dx_line bd = dx_gates_line(gates, g->width, DX_EDGE_BD, (uint32_t)row, col);
+    if (row < 1 || row + 1 >= g->height) {
+        memset(r, 0, sizeof(*r));
+    } else if (gates->per_dexel) {
+        for (uint32_t q = first; q < end; q++) {
+            size_t at = (size_t)row * g->width + dx_area_col(a, q, g->width);
 
-        r->ac[q] = dx_line_residual(above[q - 1], here[q], below[q + 1], ac);
-        r->bd[q] = dx_line_residual(above[q + 1], here[q], below[q - 1], bd);
-        r->has_ac[q] = (ac.minus | ac.plus) && above[q - 1] && here[q] && below[q + 1];
-        r->has_bd[q] = (bd.minus | bd.plus) && above[q + 1] && here[q] && below[q - 1];
+            residual_at(r, a, p, q, gates->line[DX_EDGE_AC][at], gates->line[DX_EDGE_BD][at]);
+        }
+    } else {
+        const struct dx_line ac = gates->line[DX_EDGE_AC][row], bd = gates->line[DX_EDGE_BD][row];
+
+        for (uint32_t q = first; q < end; q++)
+            residual_at(r, a, p, q, ac, bd);
     }
 }
 

@@ -4,6 +4,7 @@
  */
 #include "core/grid/terrain.h"
 
+#include "core/grid/faces.h"
 #include "core/grid/rules.h"
 
 #include <errno.h>
@@ -21,6 +22,7 @@ struct dx_terrain {
     struct dx_tiling tiling;
     struct dx_gates gates;
     bool gates_set; /* with the first frame: the noise may come from it */
+    uint32_t fans;  /* DX_CAP_*: fans that would face the scanner */
     struct dx_plane published;
     uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
     uint8_t *strut;             /* DX_BLOCK_DEXELS a tile */
@@ -33,7 +35,12 @@ struct dx_terrain {
 
 void dx_terrain_params_default(struct dx_terrain_params *p)
 {
-    *p = (struct dx_terrain_params){.tilt_deg = 78.69, .noise_k = 4, .diag = DX_DIAG_SHORT};
+    *p = (struct dx_terrain_params){.tilt_deg = 78.69,
+                                    .noise_k = 4,
+                                    .diag = DX_DIAG_BEND,
+                                    .rescue = true,
+                                    .mixed = DX_MIXED_AXIS,
+                                    .bridge = 1};
 }
 
 const char *dx_terrain_params_check(const struct dx_terrain_params *p)
@@ -97,6 +104,9 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
         dx_terrain_free(t);
         return r;
     }
+    if (params->caps && g->model == DX_MODEL_SPINNING && g->wrap)
+        t->fans = (dx_faces_fan(g, 0, true) ? DX_CAP_FIRST : 0) |
+                  (dx_faces_fan(g, g->height - 1, false) ? DX_CAP_LAST : 0);
     *out = t;
     return 0;
 }
@@ -325,4 +335,35 @@ uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
             n_changed++;
         }
     return n_changed;
+}
+
+/* ---- caps ----------------------------------------------------------------------------------- */
+
+/* Whether all cells of a row of the grid have one of the outcomes in `codes`. */
+static bool row_has(const struct dx_terrain *t, uint32_t row, uint32_t codes)
+{
+    const uint32_t tile_row = row / DX_TILE_CELLS, i = row % DX_TILE_CELLS;
+
+    for (uint32_t j = 0; j < t->tiling.cell_cols; j++) {
+        size_t number = (size_t)tile_row * t->tiling.cols + j / DX_TILE_CELLS;
+        size_t cell = i * DX_TILE_CELLS + j % DX_TILE_CELLS;
+
+        if (!(1u << t->code[number * DX_TILE_CELLS * DX_TILE_CELLS + cell] & codes))
+            return false;
+    }
+    return true;
+}
+
+uint32_t dx_terrain_caps(const struct dx_terrain *t)
+{
+    const uint32_t both = 1u << DX_CELL_ABC_ACD | 1u << DX_CELL_ABD_BCD;
+    const uint32_t top = both | 1u << DX_CELL_ABC | 1u << DX_CELL_ABD; /* a triangle on side a-b */
+    const uint32_t bottom = both | 1u << DX_CELL_ACD | 1u << DX_CELL_BCD;
+    uint32_t caps = 0;
+
+    if (t->fans & DX_CAP_FIRST && row_has(t, 0, top))
+        caps |= DX_CAP_FIRST;
+    if (t->fans & DX_CAP_LAST && row_has(t, t->tiling.cell_rows - 1, bottom))
+        caps |= DX_CAP_LAST;
+    return caps;
 }
