@@ -32,14 +32,27 @@ int dx_faces_find_folds(uint64_t **folded, const struct dx_geometry *g)
     return 0;
 }
 
-/* Orientation of the spherical triangle of three directions, as a cell's good abc has it. */
+/* A triangle's plane on the unit sphere must pass the scanner at half its radius at the least: the
+ * sign alone of a long thin one is the rounding of the table's f32, and an even grid's columns may
+ * differ a little from the one that is asked. Ordinary triangles pass near 1. */
+#define LEAST_DISTANCE 0.5
+
+/* Whether the spherical triangle of three directions runs as a cell's good abc does. */
 static bool faces_scanner(const struct dx_geometry *g, double d[3][3])
 {
-    double det = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
-                 d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
-                 d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+    double u[3], v[3], n[3], det;
 
-    return g->flip ? det > 0 : det < 0;
+    for (int k = 0; k < 3; k++) {
+        u[k] = d[1][k] - d[0][k];
+        v[k] = d[2][k] - d[0][k];
+    }
+    n[0] = u[1] * v[2] - u[2] * v[1];
+    n[1] = u[2] * v[0] - u[0] * v[2];
+    n[2] = u[0] * v[1] - u[1] * v[0];
+    det = d[0][0] * n[0] + d[0][1] * n[1] + d[0][2] * n[2];
+    det = g->flip ? det : -det;
+    return det > 0 &&
+           det * det > LEAST_DISTANCE * LEAST_DISTANCE * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 }
 
 /* False only for a triangle of dexels of the grid that looks away. */
