@@ -25,7 +25,10 @@ static const struct dx_config_word depths[] = {{"0", 0}, {"8", 1}, {"16", 2}, {N
 static const struct dx_config_word file_depths[] = {
     {"auto", -1}, {"0", 0}, {"8", 1}, {"16", 2}, {NULL, 0}};
 static const struct dx_config_word diagonals[] = {
-    {"fixed", DX_DIAG_FIXED}, {"short", DX_DIAG_SHORT}, {NULL, 0}};
+    {"fixed", DX_DIAG_FIXED}, {"short", DX_DIAG_SHORT}, {"bend", DX_DIAG_BEND}, {NULL, 0}};
+static const struct dx_config_word mixed[] = {
+    {"off", DX_MIXED_OFF}, {"axis", DX_MIXED_AXIS}, {"strict", DX_MIXED_STRICT}, {NULL, 0}};
+static const struct dx_config_word lengths[] = {{"0", 0}, {"1", 1}, {"2", 2}, {NULL, 0}};
 
 /* clang-format off */
 const struct dx_config_key dx_config_keys[] = {
@@ -64,11 +67,22 @@ const struct dx_config_key dx_config_keys[] = {
      .preset = "0",
      .help = "Metres: the longest edge.\n0: no limit."},
     {"streams[].mesh.diag", DX_CONFIG_CHOICE, STREAM(mesh.diag), .words = diagonals,
-     .preset = "short",
-     .help = "The diagonal of a cell of four neighbours: always the same one, or the one whose ends\n"
-             "differ less in range."},
+     .preset = "bend",
+     .help = "The diagonal of a cell of four neighbours: always the same one, the one whose ends differ\n"
+             "less in range, or the one along which the surface bends less."},
+    {"streams[].mesh.rescue", DX_CONFIG_BOOL, STREAM(mesh.rescue), .preset = "yes",
+     .help = "Keep planes that are steeper than tilt where they continue on both sides."},
+    {"streams[].mesh.mixed", DX_CONFIG_CHOICE, STREAM(mesh.mixed), .words = mixed,
+     .preset = "axis",
+     .help = "Leave out samples that lie between two surfaces: those cut off from both neighbours of\n"
+             "their row or of their column (axis), and those joined to few neighbours (strict)."},
+    {"streams[].mesh.bridge", DX_CONFIG_CHOICE, STREAM(mesh.bridge), .words = lengths,
+     .preset = "1",
+     .help = "Missing dexels in a row over which a surface is continued."},
+    {"streams[].mesh.caps", DX_CONFIG_BOOL, STREAM(mesh.caps), .preset = "no",
+     .help = "Close the hole at each pole of a full turn by a fan."},
     {"streams[].mesh.paper", DX_CONFIG_BOOL, STREAM(mesh.paper), .preset = "no",
-     .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap."},
+     .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap.\nOverrides the rest."},
     {"streams[].mesh.noise_gate", DX_CONFIG_NUMBER, STREAM(mesh.noise_k), .min = 0, .max = 100,
      .preset = "4",
      .help = "Range steps below so many sigmas count as noise and are joined."},

@@ -135,9 +135,43 @@ void dx_terrain_args_default(struct dx_terrain_args *a)
     dx_terrain_params_default(&a->params);
 }
 
+/* The options that choose a rule by a word. */
+static int set_rule(struct dx_terrain_params *p, const char *command, int opt, const char *text)
+{
+    static const char *const diags[] = {
+        [DX_DIAG_FIXED] = "fixed", [DX_DIAG_SHORT] = "short", [DX_DIAG_BEND] = "bend", NULL};
+    static const char *const mixed[] = {
+        [DX_MIXED_OFF] = "off", [DX_MIXED_AXIS] = "axis", [DX_MIXED_STRICT] = "strict", NULL};
+    static const char *const switches[] = {"off", "on", NULL};
+    static const char *const lengths[] = {"0", "1", "2", NULL};
+    struct dx_arg arg = {command, "--diag", text};
+    int k;
+
+    switch (opt) {
+    case DX_OPTION_DIAG:
+        k = dx_arg_choice(&arg, diags);
+        p->diag = k < 0 ? p->diag : (enum dx_diag)k;
+        break;
+    case DX_OPTION_MIXED:
+        arg.option = "--mixed";
+        k = dx_arg_choice(&arg, mixed);
+        p->mixed = k < 0 ? p->mixed : (enum dx_mixed)k;
+        break;
+    case DX_OPTION_RESCUE:
+        arg.option = "--rescue";
+        k = dx_arg_choice(&arg, switches);
+        p->rescue = k > 0;
+        break;
+    default:
+        arg.option = "--bridge";
+        k = dx_arg_choice(&arg, lengths);
+        p->bridge = (uint8_t)(k < 0 ? 0 : k);
+    }
+    return k < 0 ? k : 0;
+}
+
 int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt, const char *text)
 {
-    static const char *const diags[] = {[DX_DIAG_FIXED] = "fixed", [DX_DIAG_SHORT] = "short", NULL};
     static const char *const seams[] = {"auto", "off", "on", NULL};
     int k;
 
@@ -154,9 +188,13 @@ int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt,
         return dx_arg_double(&a->params.cap_m, &(struct dx_arg){command, "--cap", text}, 0, 1e6,
                              "metres");
     case DX_OPTION_DIAG:
-        k = dx_arg_choice(&(struct dx_arg){command, "--diag", text}, diags);
-        a->params.diag = k < 0 ? DX_DIAG_SHORT : (enum dx_diag)k;
-        return k < 0 ? k : 0;
+    case DX_OPTION_RESCUE:
+    case DX_OPTION_MIXED:
+    case DX_OPTION_BRIDGE:
+        return set_rule(&a->params, command, opt, text);
+    case DX_OPTION_CAPS:
+        a->params.caps = true;
+        return 0;
     case DX_OPTION_SEAM:
         k = dx_arg_choice(&(struct dx_arg){command, "--seam", text}, seams);
         a->fit.seam = k - 1;

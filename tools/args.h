@@ -55,6 +55,10 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
                          DX_OPTION_TILT,
                          DX_OPTION_CAP,
                          DX_OPTION_DIAG,
+                         DX_OPTION_RESCUE,
+                         DX_OPTION_MIXED,
+                         DX_OPTION_BRIDGE,
+                         DX_OPTION_CAPS,
                          DX_OPTION_SEAM,
                          DX_OPTION_UNIT,
                          DX_OPTION_PAPER,
@@ -66,6 +70,10 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
         {"tilt", required_argument, NULL, DX_OPTION_TILT},                                         \
         {"cap", required_argument, NULL, DX_OPTION_CAP},                                           \
         {"diag", required_argument, NULL, DX_OPTION_DIAG},                                         \
+        {"rescue", required_argument, NULL, DX_OPTION_RESCUE},                                     \
+        {"mixed", required_argument, NULL, DX_OPTION_MIXED},                                       \
+        {"bridge", required_argument, NULL, DX_OPTION_BRIDGE},                                     \
+        {"caps", no_argument, NULL, DX_OPTION_CAPS},                                               \
         {"seam", required_argument, NULL, DX_OPTION_SEAM},                                         \
         {"unit", required_argument, NULL, DX_OPTION_UNIT},                                         \
     {                                                                                              \
@@ -77,10 +85,16 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
     "  --sigma S0[,S1[,S2]]  noise of a range r: S0 + S1 r + S2 r^2, metres (estimated)\n"         \
     "  --tilt DEG            steepest incidence that is still surface (78.69)\n"                   \
     "  --cap M               longest edge, metres (none)\n"                                        \
-    "  --diag fixed|short    diagonal of a cell (short)\n"                                         \
+    "  --diag fixed|short|bend\n"                                                                  \
+    "                        diagonal of a cell (bend)\n"                                          \
+    "  --rescue on|off       keep steep planes that the tilt would cut (on)\n"                     \
+    "  --mixed off|axis|strict\n"                                                                  \
+    "                        leave out samples between two surfaces (axis)\n"                      \
+    "  --bridge 0|1|2        missing dexels in a row that are bridged (1)\n"                       \
+    "  --caps                close the polar holes of a full turn\n"                               \
     "  --seam auto|on|off    does column 0 follow the last one (auto)\n"                           \
     "  --unit M              range unit, metres (finest that holds the range in 16 bits)\n"        \
-    "  --paper               length <= --cap and nothing else\n"
+    "  --paper               length <= --cap and nothing else: overrides the rest\n"
 
 void dx_terrain_args_default(struct dx_terrain_args *a);
 /* `opt` is what getopt_long returned. 0; -EINVAL having said why. */

@@ -4,18 +4,15 @@
  */
 #include "core/grid/terrain.h"
 
-#include "core/grid/cells.h"
+#include "core/grid/faces.h"
+#include "core/grid/rules.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Cells whose outcome a dexel can change lie within this distance of it (ALGORITHMS 1.8). The
- * first-order rule reads the four corners and nothing else. */
-#define HALO 1
-
 struct scratch {
-    struct dx_cell_block block;
+    struct dx_rules_scratch rules;
     struct dx_tile tile;
 };
 
@@ -25,8 +22,10 @@ struct dx_terrain {
     struct dx_tiling tiling;
     struct dx_gates gates;
     bool gates_set; /* with the first frame: the noise may come from it */
+    uint32_t fans;  /* DX_CAP_*: fans that would face the scanner */
     struct dx_plane published;
     uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
+    uint8_t *strut;             /* DX_BLOCK_DEXELS a tile */
     uint64_t *hash;             /* a tile; 0 = no triangles */
     uint64_t *marked, *changed; /* bits by tile number */
     uint32_t *task;             /* tile numbers of the commit under way */
@@ -36,7 +35,12 @@ struct dx_terrain {
 
 void dx_terrain_params_default(struct dx_terrain_params *p)
 {
-    *p = (struct dx_terrain_params){.tilt_deg = 78.69, .noise_k = 4, .diag = DX_DIAG_SHORT};
+    *p = (struct dx_terrain_params){.tilt_deg = 78.69,
+                                    .noise_k = 4,
+                                    .diag = DX_DIAG_BEND,
+                                    .rescue = true,
+                                    .mixed = DX_MIXED_AXIS,
+                                    .bridge = 1};
 }
 
 const char *dx_terrain_params_check(const struct dx_terrain_params *p)
@@ -52,8 +56,12 @@ const char *dx_terrain_params_check(const struct dx_terrain_params *p)
         return "cap must be from 0 to 1000000 metres";
     if (p->paper && p->cap_m == 0)
         return "the paper's mode needs a cap: the radius of its sphere of influence";
-    if (p->diag != DX_DIAG_FIXED && p->diag != DX_DIAG_SHORT)
-        return "diag must be fixed or short";
+    if (p->diag != DX_DIAG_FIXED && p->diag != DX_DIAG_SHORT && p->diag != DX_DIAG_BEND)
+        return "diag must be fixed, short or bend";
+    if (p->mixed != DX_MIXED_OFF && p->mixed != DX_MIXED_AXIS && p->mixed != DX_MIXED_STRICT)
+        return "mixed must be off, axis or strict";
+    if (p->bridge > 2)
+        return "bridge must be 0, 1 or 2";
     return NULL;
 }
 
@@ -80,6 +88,7 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     n_tiles = dx_tiling_n_tiles(&t->tiling);
     t->n_scratch = DX_POOL_MAX_THREADS;
     t->code = calloc(n_tiles, DX_TILE_CELLS * DX_TILE_CELLS);
+    t->strut = calloc(n_tiles, DX_BLOCK_DEXELS);
     t->hash = calloc(n_tiles, sizeof(*t->hash));
     t->marked = bits_new((uint32_t)n_tiles);
     t->changed = bits_new((uint32_t)n_tiles);
@@ -88,12 +97,16 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     r = dx_plane_init(&t->published, g->height, g->width, g->range_bytes, attr_bytes);
     if (r == 0)
         r = dx_gates_init(&t->gates, g);
-    if (r == 0 && (!t->code || !t->hash || !t->marked || !t->changed || !t->task || !t->scratch))
+    if (r == 0 &&
+        (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task || !t->scratch))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
         return r;
     }
+    if (params->caps && g->model == DX_MODEL_SPINNING && g->wrap)
+        t->fans = (dx_faces_fan(g, 0, true) ? DX_CAP_FIRST : 0) |
+                  (dx_faces_fan(g, g->height - 1, false) ? DX_CAP_LAST : 0);
     *out = t;
     return 0;
 }
@@ -108,6 +121,7 @@ void dx_terrain_free(struct dx_terrain *t)
     free(t->changed);
     free(t->marked);
     free(t->hash);
+    free(t->strut);
     free(t->code);
     dx_gates_fini(&t->gates);
     dx_geometry_unref(t->geometry);
@@ -141,27 +155,27 @@ const uint64_t *dx_terrain_changed(const struct dx_terrain *t)
 
 /* ---- publishing ----------------------------------------------------------------------------- */
 
-/* Marks the tiles that own cells within HALO of dexels (row, col0..col1). */
+/* Marks the tiles whose outcome dexels (row, col0..col1) can change: those that own a cell within
+ * the rules' margin, and a dexel's own cells. */
 static void mark_tiles(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
 {
     const struct dx_tiling *g = &t->tiling;
-    uint32_t i0 = row > HALO ? row - HALO : 0;
-    uint32_t i1 = row + HALO - 1 < g->cell_rows ? row + HALO - 1 : g->cell_rows - 1;
-    int64_t j0 = (int64_t)col0 - HALO, j1 = (int64_t)col1 + HALO - 1;
+    const uint32_t halo = t->gates.margin + 1;
+    uint32_t i0 = row > halo ? row - halo : 0;
+    uint32_t i1 = row + halo - 1 < g->cell_rows ? row + halo - 1 : g->cell_rows - 1;
+    int64_t j0 = (int64_t)col0 - halo, j1 = (int64_t)col1 + halo - 1;
 
     if (!g->wrap) {
         j0 = j0 < 0 ? 0 : j0;
         j1 = j1 < g->cell_cols ? j1 : g->cell_cols - 1;
     }
     for (uint32_t ti = i0 / DX_TILE_CELLS; ti <= i1 / DX_TILE_CELLS; ti++)
-        for (int64_t j = j0;;) {
-            uint32_t col = (uint32_t)((j + g->cell_cols) % g->cell_cols);
-            uint32_t n = ti * g->cols + col / DX_TILE_CELLS;
+        for (int64_t j = j0; j <= j1;) {
+            uint32_t col = (uint32_t)((j + g->cell_cols) % g->cell_cols), tj = col / DX_TILE_CELLS;
+            uint32_t end = (tj + 1) * DX_TILE_CELLS, n = ti * g->cols + tj;
 
             t->marked[n / 64] |= 1ull << (n % 64);
-            if (j == j1)
-                break;
-            j = j + DX_TILE_CELLS < j1 ? j + DX_TILE_CELLS : j1;
+            j += (end < g->cell_cols ? end : g->cell_cols) - col;
         }
 }
 
@@ -274,19 +288,11 @@ static void gather(const struct dx_terrain *t, struct dx_tile *tile)
     }
 }
 
-static bool has_triangles(const uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS])
-{
-    uint8_t any = 0;
-
-    for (uint32_t k = 0; k < DX_TILE_CELLS * DX_TILE_CELLS; k++)
-        any |= code[k];
-    return any != 0;
-}
-
 bool dx_terrain_tile(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile)
 {
     describe(t, number, tile);
     memcpy(tile->code, t->code + (size_t)number * sizeof(tile->code), sizeof(tile->code));
+    memcpy(tile->strut, t->strut + (size_t)number * sizeof(tile->strut), sizeof(tile->strut));
     if (t->hash[number] == 0)
         return false;
     gather(t, tile);
@@ -301,13 +307,13 @@ static void compute_tile(void *ctx, uint32_t task, unsigned thread)
     uint64_t hash = 0;
 
     describe(t, number, &s->tile);
-    dx_cells_compute(s->tile.code, &s->block, &t->published, &t->tiling, t->geometry, &t->gates,
-                     t->params.diag, s->tile.row, s->tile.col);
-    if (has_triangles(s->tile.code)) {
+    dx_rules_apply(&s->tile, &s->rules, &t->published, &t->tiling, t->geometry, &t->gates);
+    if (dx_rules_any(&s->tile)) {
         gather(t, &s->tile);
         hash = dx_tile_hash(&s->tile);
     }
     memcpy(t->code + (size_t)number * sizeof(s->tile.code), s->tile.code, sizeof(s->tile.code));
+    memcpy(t->strut + (size_t)number * sizeof(s->tile.strut), s->tile.strut, sizeof(s->tile.strut));
     /* tasks write disjoint words: one hash a tile; the changed bits are set by the caller */
     t->task[task] = hash != t->hash[number] ? number : UINT32_MAX;
     t->hash[number] = hash;
@@ -329,4 +335,35 @@ uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
             n_changed++;
         }
     return n_changed;
+}
+
+/* ---- caps ----------------------------------------------------------------------------------- */
+
+/* Whether all cells of a row of the grid have one of the outcomes in `codes`. */
+static bool row_has(const struct dx_terrain *t, uint32_t row, uint32_t codes)
+{
+    const uint32_t tile_row = row / DX_TILE_CELLS, i = row % DX_TILE_CELLS;
+
+    for (uint32_t j = 0; j < t->tiling.cell_cols; j++) {
+        size_t number = (size_t)tile_row * t->tiling.cols + j / DX_TILE_CELLS;
+        size_t cell = i * DX_TILE_CELLS + j % DX_TILE_CELLS;
+
+        if (!(1u << t->code[number * DX_TILE_CELLS * DX_TILE_CELLS + cell] & codes))
+            return false;
+    }
+    return true;
+}
+
+uint32_t dx_terrain_caps(const struct dx_terrain *t)
+{
+    const uint32_t both = 1u << DX_CELL_ABC_ACD | 1u << DX_CELL_ABD_BCD;
+    const uint32_t top = both | 1u << DX_CELL_ABC | 1u << DX_CELL_ABD; /* a triangle on side a-b */
+    const uint32_t bottom = both | 1u << DX_CELL_ACD | 1u << DX_CELL_BCD;
+    uint32_t caps = 0;
+
+    if (t->fans & DX_CAP_FIRST && row_has(t, 0, top))
+        caps |= DX_CAP_FIRST;
+    if (t->fans & DX_CAP_LAST && row_has(t, t->tiling.cell_rows - 1, bottom))
+        caps |= DX_CAP_LAST;
+    return caps;
 }

@@ -81,6 +81,13 @@ void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint
 uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool);
 const uint64_t *dx_terrain_changed(const struct dx_terrain *t);
 
+/* Which polar holes are closed by a fan over all dexels of their row, from column 0, when the caps
+ * were asked for: bit 0 the first row, bit 1 the last. A row is closed when each of its edges has a
+ * triangle. The fans belong to no tile. */
+#define DX_CAP_FIRST 0x1u
+#define DX_CAP_LAST  0x2u
+uint32_t dx_terrain_caps(const struct dx_terrain *t);
+
 /* Fills `tile` with what the mesh of the published array is there (as of the last commit). Any
  * thread, while no publish or commit runs. False: no triangle there (row, col and sizes are filled
  * all the same). */

@@ -1,90 +1,199 @@
-/* Terrain mode from its definition, cell by cell over the whole frame: shares no code with
- * core/grid/cells.c. */
+/*
+ * The oracle of terrain mode, second part: cells and polar caps, and the whole mesh of a frame from
+ * its definition, cell by cell. Shares no code with core/grid/cells.c. cmocka.h comes before.
+ */
 #ifndef DX_TERRAIN_ORACLE_H
 #define DX_TERRAIN_ORACLE_H
 
-#include "core/base/trig.h"
-#include "terrain_fixture.h"
+#include "terrain_oracle_frame.h"
+#include "terrain_oracle_struts.h"
 
-#include <math.h>
+/* ---- the diagonal ---------------------------------------------------------------------------- */
 
-struct oracle {
-    const struct dx_geometry *g;
-    const struct dx_plane *p;
-    struct dx_terrain_params q;
+/* How much the surface bends along the line of a diagonal that begins at (i,j). False: unknown. */
+static inline bool bend_along(wide *bend, const struct oracle *o, enum line e, int64_t i, int64_t j)
+{
+    wide first, second;
+
+    if (!is_joined(o, e, i, j, -1) ||
+        !is_joined(o, e, i + line_step[e][0], j + line_step[e][1], 1) ||
+        !departure(&first, o, e, i, j) ||
+        !departure(&second, o, e, i + line_step[e][0], j + line_step[e][1]))
+        return false;
+    *bend = absolute(first + second);
+    return true;
+}
+
+static inline bool bend_prefers_bd(const struct oracle *o, int64_t i, int64_t j)
+{
+    const int64_t corner[4] = {dexel(o, i, j), dexel(o, i, j + 1), dexel(o, i + 1, j + 1),
+                               dexel(o, i + 1, j)};
+    int64_t nearest = corner[0];
+    wide ac, bd;
+
+    if (bend_along(&ac, o, LINE_AC, i, j) && bend_along(&bd, o, LINE_BD, i, j + 1))
+        return ac > bd + (o->inverse_noise8[corner[0]] << 17);
+    for (int k = 1; k < 4; k++)
+        nearest = o->range[corner[k]] < o->range[nearest] ? corner[k] : nearest;
+    return apart(o, corner[0], corner[2]) >
+           apart(o, corner[1], corner[3]) + (o->noise8[nearest] * 1448 >> 16);
+}
+
+static inline bool prefers_bd(const struct oracle *o, int64_t i, int64_t j)
+{
+    switch (o->q.diag) {
+    case DX_DIAG_SHORT:
+        return apart(o, dexel(o, i, j + 1), dexel(o, i + 1, j)) <
+               apart(o, dexel(o, i, j), dexel(o, i + 1, j + 1));
+    case DX_DIAG_BEND:
+        return bend_prefers_bd(o, i, j);
+    default:
+        return false;
+    }
+}
+
+/* ---- cells ----------------------------------------------------------------------------------- */
+
+/* The triangles of a cell. */
+struct cell {
+    bool abc, acd, abd, bcd;
 };
 
-/* The first-order rule from its definition. */
-static inline bool joined(const struct oracle *o, uint32_t i0, uint32_t j0, uint32_t i1,
-                          uint32_t j1)
+static inline struct cell oracle_cell(const struct oracle *o, int64_t i, int64_t j)
 {
-    double u = (double)o->g->unit_m, k = o->q.noise_k * sqrt(2), psi, c,
-           tilt = dx_rad(o->q.tilt_deg);
-    double s0 = o->q.sigma[0] > 0.5 * u ? o->q.sigma[0] : 0.5 * u;
-    uint64_t r0 = dx_plane_range(o->p, (size_t)i0 * o->g->width + j0);
-    uint64_t r1 = dx_plane_range(o->p, (size_t)i1 * o->g->width + j1);
-    uint64_t lo = r0 < r1 ? r0 : r1, hi = r0 < r1 ? r1 : r0, tau;
+    const bool ab = is_edge(o, i, j, i, j + 1), dc = is_edge(o, i + 1, j, i + 1, j + 1);
+    const bool ad = is_edge(o, i, j, i + 1, j), bc = is_edge(o, i, j + 1, i + 1, j + 1);
+    const bool ac = is_edge(o, i, j, i + 1, j + 1), bd = is_edge(o, i, j + 1, i + 1, j);
+    const struct cell by_ac = {.abc = ab && bc && ac, .acd = dc && ad && ac};
+    const struct cell by_bd = {.abd = ab && ad && bd, .bcd = bc && dc && bd};
+    const int n_ac = by_ac.abc + by_ac.acd, n_bd = by_bd.abd + by_bd.bcd;
 
-    if (lo == 0)
+    if (o->g->model == DX_MODEL_TABLE &&
+        dx_geometry_cell_sign(o->g, (uint32_t)i, (uint32_t)j) != (o->g->flip ? 1 : -1))
+        return (struct cell){false};
+    if (n_ac == n_bd && n_ac > 0)
+        return prefers_bd(o, i, j) ? by_bd : by_ac;
+    return n_bd > n_ac ? by_bd : by_ac;
+}
+
+static inline void emit(const struct oracle *o, struct whole_mesh *w, int64_t a, int64_t b,
+                        int64_t c)
+{
+    w->triangle[w->n++] = o->g->flip ? rotated((uint32_t)a, (uint32_t)c, (uint32_t)b)
+                                     : rotated((uint32_t)a, (uint32_t)b, (uint32_t)c);
+}
+
+static inline void emit_cell(const struct oracle *o, struct whole_mesh *w, int64_t i, int64_t j)
+{
+    const int64_t a = dexel(o, i, j), b = dexel(o, i, j + 1), c = dexel(o, i + 1, j + 1),
+                  d = dexel(o, i + 1, j);
+    const struct cell cell = oracle_cell(o, i, j);
+
+    if (cell.abc)
+        emit(o, w, a, b, c);
+    if (cell.acd)
+        emit(o, w, a, c, d);
+    if (cell.abd)
+        emit(o, w, a, b, d);
+    if (cell.bcd)
+        emit(o, w, b, c, d);
+}
+
+/* ---- polar caps ------------------------------------------------------------------------------ */
+
+/* Triangle j of the fan over the first or the last row, before flip. */
+static inline void cap_triangle(const struct oracle *o, bool last, int64_t j, int64_t v[3])
+{
+    const int64_t i = last ? o->g->height - 1 : 0;
+
+    v[0] = dexel(o, i, 0);
+    v[1] = dexel(o, i, last ? j : j + 1);
+    v[2] = dexel(o, i, last ? j + 1 : j);
+}
+
+static inline bool is_capped(const struct oracle *o, bool last)
+{
+    const int64_t i = last ? o->g->height - 1 : 0, width = o->g->width;
+
+    if (o->g->model != DX_MODEL_SPINNING || !o->g->wrap)
         return false;
-    /* even grids have one constant a row: that of the first column */
-    if (o->g->model != DX_MODEL_TABLE && i0 == i1)
-        psi = dx_geometry_angle(o->g, i0, 0, i0, 1);
-    else if (o->g->model != DX_MODEL_TABLE && j0 == j1)
-        psi = dx_geometry_angle(o->g, i0, 0, i1, 0);
-    else if (o->g->model != DX_MODEL_TABLE)
-        psi = dx_geometry_angle(o->g, i0, j1 == (j0 + 1) % o->g->width ? 0 : 1, i1,
-                                j1 == (j0 + 1) % o->g->width ? 1 : 0);
-    else
-        psi = dx_geometry_angle(o->g, i0, j0, i1, j1);
-    c = tilt + psi >= dx_rad(89) ? 57 * psi : dx_cos(tilt) / dx_cos(tilt + psi) - 1;
-    tau = (uint64_t)rint(k * s0 / u) + (lo * (uint64_t)rint(65536 * (c + k * o->q.sigma[1])) >> 16);
-    tau += (lo * lo >> 16) * (uint64_t)rint(4294967296.0 * k * o->q.sigma[2] * u) >> 16;
-    return hi - lo <= tau;
-}
+    for (int64_t j = 0; j < width; j++) {
+        const struct cell c = oracle_cell(o, last ? i - 1 : 0, j);
 
-static inline void emit(struct whole_mesh *w, bool flip, uint32_t a, uint32_t b, uint32_t c)
-{
-    w->triangle[w->n++] = flip ? rotated(a, c, b) : rotated(a, b, c);
-}
-
-static inline void oracle_cell(const struct oracle *o, struct whole_mesh *w, uint32_t i, uint32_t j)
-{
-    uint32_t n = (j + 1) % o->g->width, width = o->g->width;
-    uint32_t a = i * width + j, b = i * width + n, c = (i + 1) * width + n, d = (i + 1) * width + j;
-    bool ab = joined(o, i, j, i, n), dc = joined(o, i + 1, j, i + 1, n);
-    bool ad = joined(o, i, j, i + 1, j), bc = joined(o, i, n, i + 1, n);
-    bool ac = joined(o, i, j, i + 1, n), bd = joined(o, i, n, i + 1, j);
-    bool abc = ab && bc && ac, acd = dc && ad && ac, abd = ab && ad && bd, bcd = bc && dc && bd;
-    int64_t dr_ac = (int64_t)dx_plane_range(o->p, a) - dx_plane_range(o->p, c);
-    int64_t dr_bd = (int64_t)dx_plane_range(o->p, b) - dx_plane_range(o->p, d);
-    bool shorter_bd = o->q.diag == DX_DIAG_SHORT && llabs(dr_bd) < llabs(dr_ac);
-
-    if (abd + bcd > abc + acd || (abd + bcd == abc + acd && shorter_bd)) {
-        if (abd)
-            emit(w, o->g->flip, a, b, d);
-        if (bcd)
-            emit(w, o->g->flip, b, c, d);
-        return;
+        if (!range_at(o, dexel(o, i, j)) || o->dead[dexel(o, i, j)] ||
+            !is_edge(o, i, j, i, j + 1) || !(last ? c.acd || c.bcd : c.abc || c.abd))
+            return false;
     }
-    if (abc)
-        emit(w, o->g->flip, a, b, c);
-    if (acd)
-        emit(w, o->g->flip, a, c, d);
+    for (int64_t j = 1; j + 1 < width; j++) {
+        int64_t v[3];
+
+        cap_triangle(o, last, j, v);
+        if (o->g->flip ? !(orientation(o, v) > 0) : !(orientation(o, v) < 0))
+            return false;
+    }
+    return true;
+}
+
+/* Bit 0: the first row, bit 1: the last. */
+static inline unsigned oracle_caps(const struct dx_geometry *g, const struct dx_plane *p,
+                                   const struct dx_terrain_params *params)
+{
+    unsigned caps = 0;
+    struct oracle o;
+
+    oracle_init(&o, g, p, params);
+    for (unsigned last = 0; last < 2; last++)
+        if (params->caps && is_capped(&o, last))
+            caps |= 1u << last;
+    oracle_fini(&o);
+    return caps;
+}
+
+/* ---- the whole frame ------------------------------------------------------------------------- */
+
+static inline struct whole_mesh oracle_mesh_of(const struct dx_geometry *g,
+                                               const struct dx_plane *p,
+                                               const struct dx_terrain_params *params)
+{
+    const int64_t height = g->height, width = g->width, cols = g->wrap ? width : width - 1;
+    struct whole_mesh w = {malloc((2 * (size_t)(height * width) + 1) * sizeof(struct triangle)), 0};
+    struct oracle o;
+
+    assert_non_null(w.triangle);
+    oracle_init(&o, g, p, params);
+    oracle_choose(&o);
+    for (int64_t i = 0; i + 1 < height; i++)
+        for (int64_t j = 0; j < cols; j++)
+            emit_cell(&o, &w, i, j);
+    for (int64_t i = 0; o.q.bridge && i < height; i++)
+        for (int64_t j = 0; j < width; j++)
+            emit_strut(&o, &w, i, j);
+    oracle_fini(&o);
+    qsort(w.triangle, w.n, sizeof(struct triangle), by_vertices);
+    return w;
+}
+
+/* Adds the fans of `caps` to a mesh. */
+static inline void add_caps(struct whole_mesh *w, const struct dx_geometry *g, unsigned caps)
+{
+    const struct oracle o = {.g = g};
+
+    w->triangle =
+        realloc(w->triangle, (w->n + 2 * (size_t)g->width + 1) * sizeof(struct triangle));
+    assert_non_null(w->triangle);
+    for (unsigned last = 0; last < 2; last++)
+        for (int64_t j = 1; (caps >> last & 1) && j + 1 < g->width; j++) {
+            int64_t v[3];
+
+            cap_triangle(&o, last, j, v);
+            emit(&o, w, v[0], v[1], v[2]);
+        }
+    qsort(w->triangle, w->n, sizeof(struct triangle), by_vertices);
 }
 
 static inline struct whole_mesh oracle_mesh(const struct dx_terrain *t)
 {
-    struct oracle o = {dx_terrain_geometry(t), dx_terrain_published(t), *dx_terrain_params(t)};
-    uint32_t cols = o.g->wrap ? o.g->width : o.g->width - 1;
-    struct whole_mesh w = {malloc(2 * (size_t)o.g->height * o.g->width * sizeof(struct triangle)),
-                           0};
-
-    for (uint32_t i = 0; i + 1 < o.g->height; i++)
-        for (uint32_t j = 0; j < cols; j++)
-            oracle_cell(&o, &w, i, j);
-    qsort(w.triangle, w.n, sizeof(struct triangle), by_vertices);
-    return w;
+    return oracle_mesh_of(dx_terrain_geometry(t), dx_terrain_published(t), dx_terrain_params(t));
 }
 
 static inline void assert_same_mesh(const struct whole_mesh *a, const struct whole_mesh *b)

@@ -1,0 +1,159 @@
+/* Gathering a tile's neighbourhood. */
+#include "core/grid/area.h"
+
+#include <math.h>
+#include <string.h>
+
+#define N DX_AREA_N
+
+/* Elements [col0, col0 + DX_AREA) of a row of the grid; columns go around where it wraps and are
+ * zero beyond its ends where it does not. */
+static void gather_row(uint8_t *out, const uint8_t *row, size_t size, int64_t col0, bool wrap,
+                       uint32_t width)
+{
+    for (int64_t q = 0; q < DX_AREA;) {
+        int64_t col = col0 + q, n = DX_AREA - q;
+
+        if (wrap)
+            col = (col + width) % width;
+        if (col < 0) {
+            n = n < -col ? n : -col;
+            memset(out + (size_t)q * size, 0, (size_t)n * size);
+        } else if (col >= width) {
+            memset(out + (size_t)q * size, 0, (size_t)n * size);
+        } else {
+            n = n < width - col ? n : width - col;
+            memcpy(out + (size_t)q * size, row + (size_t)col * size, (size_t)n * size);
+        }
+        q += n;
+    }
+}
+
+static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
+{
+    return a->row0 + p >= 0 && a->row0 + p < height;
+}
+
+static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool wrap)
+{
+    for (uint32_t p = a->first; p < a->end; p++) {
+        const uint8_t *row = (const uint8_t *)plane->range;
+
+        if (!in_grid(a, p, plane->height)) {
+            memset(a->range[p], 0, sizeof(a->range[p]));
+            memset(a->range16[p], 0, sizeof(a->range16[p]));
+            continue;
+        }
+        row += (size_t)dx_area_row(a, p) * plane->width * plane->range_bytes;
+        if (plane->range_bytes == 4) {
+            gather_row((uint8_t *)a->range[p], row, 4, a->col0, wrap, plane->width);
+            continue;
+        }
+        gather_row((uint8_t *)a->range16[p], row, 2, a->col0, wrap, plane->width);
+        for (uint32_t q = 0; q < DX_AREA; q++)
+            a->range[p][q] = a->range16[p][q];
+    }
+}
+
+static inline uint16_t mul_high(uint16_t x, uint16_t y)
+{
+    return (uint16_t)((uint32_t)x * y >> 16);
+}
+
+/* For rows of 16-bit arithmetic: inlined, a constant is seen as part of a wider number, and
+ * products with it become 32-bit ones at four times the instructions. Each product its own loop,
+ * for the same reason. */
+static __attribute__((noinline)) void noise_row(uint16_t *restrict out, const uint16_t *range,
+                                                uint16_t t0, uint16_t n2)
+{
+    uint16_t square[N];
+
+    for (uint32_t q = 0; q < N; q++)
+        square[q] = mul_high(range[q], range[q]);
+    for (uint32_t q = 0; q < N; q++)
+        out[q] = (uint16_t)(t0 + mul_high(square[q], n2));
+}
+
+static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
+                             const struct dx_geometry *g)
+{
+    for (int e = 0; e < DX_N_EDGES; e++)
+        for (uint32_t p = a->first; p < a->end; p++) {
+            if (!in_grid(a, p, g->height))
+                continue;
+            gather_row((uint8_t *)a->c[e][p],
+                       (const uint8_t *)(gates->c[e] + (size_t)dx_area_row(a, p) * g->width), 4,
+                       a->col0, g->wrap, g->width);
+            for (uint32_t q = 0; !gates->wide && q < N; q++)
+                a->c16[e][p][q] = (uint16_t)a->c[e][p][q];
+        }
+}
+
+static void gather_directions(struct dx_area *a, const struct dx_geometry *g)
+{
+    for (uint32_t p = a->first; p < a->end; p++)
+        for (uint32_t q = 0; q < DX_AREA; q++) {
+            double d[3], z = 1;
+
+            if (a->range[p][q] == 0)
+                continue;
+            dx_geometry_direction(g, dx_area_row(a, p), dx_area_col(a, q, g->width), d);
+            if (g->model == DX_MODEL_PINHOLE)
+                z = d[2]; /* its ranges are depths: scale the unit vector to depth 1 */
+            for (int k = 0; k < 3; k++)
+                a->direction[p][q][k] = (int32_t)rint(d[k] / z * 0x1p24);
+        }
+}
+
+/* floor(2^40 / range); 0 for what is missing or too near for the fixed point. The quotient of
+ * doubles is off by less than 2^-52 of it, and no closer to the next integer than 1 / range: it
+ * truncates to the same, at a third of the time of an integer division. */
+static void invert_ranges(struct dx_area *a)
+{
+    for (uint32_t p = a->first; p < a->end; p++)
+        for (uint32_t q = 0; q < DX_AREA; q++) {
+            uint32_t range = a->range[p][q];
+            int64_t inverse = (int64_t)(0x1p40 / (double)(range < 16 ? 16 : range));
+
+            a->q[p][q] = range < 16 ? 0 : (uint64_t)inverse;
+        }
+}
+
+void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struct dx_tiling *tiling,
+                    const struct dx_geometry *g, const struct dx_gates *gates, uint32_t tile_row,
+                    uint32_t tile_col)
+{
+    uint32_t row = tile_row * DX_TILE_CELLS, col = tile_col * DX_TILE_CELLS;
+
+    a->row0 = (int64_t)row - DX_MARGIN;
+    a->col0 = (int64_t)col - DX_MARGIN;
+    a->n_rows = tiling->cell_rows - row < DX_TILE_CELLS ? tiling->cell_rows - row : DX_TILE_CELLS;
+    a->n_cols = tiling->cell_cols - col < DX_TILE_CELLS ? tiling->cell_cols - col : DX_TILE_CELLS;
+    a->first = DX_MARGIN - gates->margin;
+    a->end = DX_MARGIN + a->n_rows + 1 + gates->margin;
+    gather_ranges(a, plane, g->wrap);
+    for (uint32_t p = a->first; !gates->wide && p < a->end; p++)
+        noise_row(a->noise[p], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
+    if (gates->per_dexel)
+        gather_constants(a, gates, g);
+    if (gates->cap)
+        gather_directions(a, g);
+    if (gates->rescue || gates->diag == DX_DIAG_BEND)
+        invert_ranges(a);
+}
+
+bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,
+                        uint32_t q0, uint32_t p1, uint32_t q1)
+{
+    int64_t r0 = a->range[p0][q0], r1 = a->range[p1][q1];
+    unsigned __int128 length2 = 0;
+
+    if (!gates->cap)
+        return true;
+    for (int k = 0; k < 3; k++) {
+        int64_t d = (r0 * a->direction[p0][q0][k] - r1 * a->direction[p1][q1][k]) >> 12;
+
+        length2 += (unsigned __int128)((__int128)d * d);
+    }
+    return length2 <= (unsigned __int128)gates->cap * gates->cap;
+}

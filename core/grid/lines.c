@@ -1,0 +1,70 @@
+/* Weights of lines by least squares, from the directions. */
+#include "core/grid/lines.h"
+
+#include <math.h>
+
+#define ONE (1 << 24)
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* What inverse range is linear in. */
+static void direction(const struct dx_geometry *g, uint32_t i, uint32_t j, double d[3])
+{
+    if (g->model == DX_MODEL_PINHOLE) {
+        d[0] = (double)g->table[j];
+        d[1] = (double)g->table[(size_t)g->width + i];
+        d[2] = 1;
+    } else {
+        dx_geometry_direction(g, i, j, d);
+    }
+}
+
+static uint32_t weight(double w)
+{
+    w = rint(ONE * w); /* more than 1 only in crooked tables; a residual must fit 62 bits */
+    return w > 0 ? (w < ONE ? (uint32_t)w : ONE) : 0;
+}
+
+static struct dx_line line_of(const double before[3], const double d[3], const double after[3])
+{
+    double a = dot(before, before), b = dot(before, after), c = dot(after, after);
+    double p = dot(d, before), s = dot(d, after), det = a * c - b * b;
+
+    if (!(det > 0))
+        return (struct dx_line){0, 0};
+    return (struct dx_line){weight((p * c - s * b) / det), weight((s * a - p * b) / det)};
+}
+
+static struct dx_line line_at(const struct dx_geometry *g, enum dx_edge e, uint32_t i, uint32_t j)
+{
+    /* rows and columns of the neighbour before; the one after is opposite */
+    static const int step[DX_N_EDGES][2] = {{0, -1}, {-1, 0}, {-1, -1}, {-1, 1}};
+    const int di = step[e][0], dj = step[e][1];
+    uint32_t before, after;
+    double d[3][3];
+
+    if (di && (i == 0 || i + 1 >= g->height))
+        return (struct dx_line){0, 0};
+    if (dj && !g->wrap && (j == 0 || j + 1 >= g->width))
+        return (struct dx_line){0, 0};
+    before = (uint32_t)((int64_t)j + dj + g->width) % g->width;
+    after = (uint32_t)((int64_t)j - dj + g->width) % g->width;
+    direction(g, (uint32_t)((int64_t)i + di), before, d[0]);
+    direction(g, i, j, d[1]);
+    direction(g, (uint32_t)((int64_t)i - di), after, d[2]);
+    return line_of(d[0], d[1], d[2]);
+}
+
+void dx_lines_fill(struct dx_line *line, const struct dx_geometry *g, enum dx_edge e,
+                   bool per_dexel)
+{
+    for (uint32_t i = 0; i < g->height; i++) {
+        if (!per_dexel)
+            line[i] = g->width >= 3 ? line_at(g, e, i, 1) : (struct dx_line){0, 0};
+        for (uint32_t j = 0; per_dexel && j < g->width; j++)
+            line[(size_t)i * g->width + j] = line_at(g, e, i, j);
+    }
+}

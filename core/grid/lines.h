@@ -1,0 +1,16 @@
+/*
+ * Lines of three dexels: with which weights a plane's inverse range at the middle one follows from
+ * its neighbours. n.(r d) = h makes 1/r = (n/h).d linear in the direction d, so the weights are
+ * those that give d(x) from d(x-) and d(x+): exact on a great circle, and to second order on a row
+ * of a latitude-longitude grid. For a pinhole, depth takes the place of range and (X, Y, 1) of d.
+ */
+#ifndef DX_LINES_H
+#define DX_LINES_H
+
+#include "core/grid/gates.h"
+
+/* Weights of the lines of direction e: [i] those of column 1, or per_dexel [i * width + j]. */
+void dx_lines_fill(struct dx_line *line, const struct dx_geometry *g, enum dx_edge e,
+                   bool per_dexel);
+
+#endif
