@@ -7,6 +7,7 @@
 #include "drivers/synth/scene.h"
 #include "tools/alloc_count.h"
 #include "tools/args.h"
+#include "tools/bench_quality.h"
 #include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/stats_json.h"
@@ -330,8 +331,11 @@ int cmd_bench(int argc, char **argv)
 {
     struct bench b = {0};
     struct args a;
-    int r = parse(&a, argc, argv);
+    int r;
 
+    if (argc > 1 && strcmp(argv[1], "quality") == 0)
+        return dx_bench_quality(argc - 1, argv + 1);
+    r = parse(&a, argc, argv);
     if (r != 0)
         return r == DX_ARG_E_HELP ? 0 : 2;
     r = bench_init(&b, &a);

@@ -6,10 +6,11 @@
 #include <math.h>
 
 #define MIX_STEP_M 0.3 /* a mixed pixel needs a step of more than this */
+#define N_FACES    6   /* of a box, the shape that has most */
 
 static struct dx_sight look(const struct dx_world *w, const struct dx_ray *ray)
 {
-    struct dx_sight sight = {INFINITY, 0};
+    struct dx_sight sight = {.range = INFINITY};
     const struct dx_shape *nearest = NULL;
     int face = 0;
 
@@ -23,23 +24,36 @@ static struct dx_sight look(const struct dx_world *w, const struct dx_ray *ray)
             face = side;
         }
     }
-    if (nearest)
+    if (nearest) {
         sight.shade = (float)dx_shape_shade(nearest, ray, sight.range, face, w->up, w->up_sign);
+        sight.surface = (uint32_t)(nearest - w->shape) * N_FACES + (uint32_t)face + 1;
+    }
     return sight;
 }
 
-/* The ray of a dexel in double, from the geometry's own f32 tables: a range along it gives the
- * geometry's point but for rounding. */
-static struct dx_ray ray_of(const struct dx_geometry *g, uint32_t row, uint32_t col)
+void dx_sight_direction(double d[3], const struct dx_geometry *g, uint32_t row, uint32_t col)
 {
-    if (g->model == DX_MODEL_PINHOLE)
-        return dx_ray_make((double)g->table[col], (double)g->table[(size_t)g->width + row], 1);
+    if (g->model == DX_MODEL_PINHOLE) {
+        d[0] = (double)g->table[col];
+        d[1] = (double)g->table[(size_t)g->width + row];
+        d[2] = 1;
+        return;
+    }
 
     const float *cs = g->table + 2 * (size_t)col;
-    const float *d = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
-    double x = (double)d[0], y = (double)d[1], c = (double)cs[0], s = (double)cs[1];
+    const float *t = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
+    double x = (double)t[0], y = (double)t[1], c = (double)cs[0], s = (double)cs[1];
 
-    return dx_ray_make(x * c - y * s, x * s + y * c, (double)d[2]);
+    d[0] = x * c - y * s;
+    d[1] = x * s + y * c;
+    d[2] = (double)t[2];
+}
+
+struct dx_sight dx_sight_along(const struct dx_world *w, const double d[3])
+{
+    struct dx_ray ray = dx_ray_make(d[0], d[1], d[2]);
+
+    return look(w, &ray);
 }
 
 void dx_sight_row(struct dx_sight *out, const struct dx_world *w, const struct dx_geometry *g,
@@ -49,16 +63,16 @@ void dx_sight_row(struct dx_sight *out, const struct dx_world *w, const struct d
 
     for (uint32_t k = 0; k < n; k++) {
         int64_t col = col0 + k;
-        struct dx_ray ray;
+        double d[3];
 
         if (g->wrap)
             col = (col % width + width) % width;
         if (col < 0 || col >= width) {
-            out[k] = (struct dx_sight){INFINITY, 0};
+            out[k] = (struct dx_sight){.range = INFINITY};
             continue;
         }
-        ray = ray_of(g, row, (uint32_t)col);
-        out[k] = look(w, &ray);
+        dx_sight_direction(d, g, row, (uint32_t)col);
+        out[k] = dx_sight_along(w, d);
     }
 }
 
@@ -104,11 +118,37 @@ static const struct dx_sight *step_partner(const struct dx_sight *here,
     return partner;
 }
 
+/* The neighbour that the sensor mixes in, and how much of it; NULL where the dexel is pure. */
+static const struct dx_sight *mixed_in(double *weight, const struct dx_sensor *s, uint64_t row_hash,
+                                       uint32_t col, const struct dx_sight *here,
+                                       const struct dx_sight *above, const struct dx_sight *below)
+{
+    const struct dx_sight *partner = step_partner(here, above, below);
+    struct dx_rng rng = rng_of(s, row_hash, col, DRAW_MIXED);
+
+    if (!partner || dx_rng_unit(&rng) >= s->config->mixed)
+        return NULL;
+    *weight = dx_rng_unit(&rng);
+    return partner;
+}
+
+bool dx_sensor_mixes(const struct dx_sensor *s, uint32_t row, uint32_t col,
+                     const struct dx_sight *here, const struct dx_sight *above,
+                     const struct dx_sight *below)
+{
+    double weight;
+
+    return s->config->mixed > 0 && !isinf(here->range) &&
+           mixed_in(&weight, s, dx_hash_u64(s->frame_hash, row), col, here, above, below) != NULL;
+}
+
 static struct dx_sight mix(const struct dx_sight *a, const struct dx_sight *b, double weight)
 {
     return (struct dx_sight){
-        a->range + weight * (b->range - a->range),
-        (float)((double)a->shade + weight * ((double)b->shade - (double)a->shade))};
+        .range = a->range + weight * (b->range - a->range),
+        .shade = (float)((double)a->shade + weight * ((double)b->shade - (double)a->shade)),
+        .surface = a->surface,
+    };
 }
 
 /* What the sensor measures where the beam meets here[0]. */
@@ -122,11 +162,11 @@ static struct dx_sight measure(const struct dx_sensor *s, uint64_t row_hash, uin
     if (isinf(sight.range))
         return sight;
     if (c->mixed > 0) {
-        const struct dx_sight *partner = step_partner(here, above, below);
-        struct dx_rng rng = rng_of(s, row_hash, col, DRAW_MIXED);
+        double weight;
+        const struct dx_sight *partner = mixed_in(&weight, s, row_hash, col, here, above, below);
 
-        if (partner && dx_rng_unit(&rng) < c->mixed)
-            sight = mix(here, partner, dx_rng_unit(&rng));
+        if (partner)
+            sight = mix(here, partner, weight);
     }
     if (s->noisy) {
         struct dx_rng rng = rng_of(s, row_hash, col, DRAW_NOISE);

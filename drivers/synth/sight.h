@@ -9,9 +9,17 @@
 #include "drivers/synth/world.h"
 
 struct dx_sight {
-    double range; /* metres; pinhole: depth; INFINITY: nothing there */
-    float shade;  /* reflectance times cosine of incidence, 0..1 */
+    double range;     /* metres; pinhole: depth; INFINITY: nothing there */
+    float shade;      /* reflectance times cosine of incidence, 0..1 */
+    uint32_t surface; /* which face of which shape, a number of its own; 0: nothing there */
 };
+
+/* The direction along which a range (pinhole: a depth) gives the dexel's point, but for rounding:
+ * from the geometry's own f32 tables, in double. */
+void dx_sight_direction(double d[3], const struct dx_geometry *g, uint32_t row, uint32_t col);
+
+/* What lies along any direction; ranges are in lengths of d. */
+struct dx_sight dx_sight_along(const struct dx_world *w, const double d[3]);
 
 /* Sights of columns [col0, col0 + n) of a row; columns go around where the grid wraps, and are
  * empty beyond its ends where it does not. */
@@ -37,5 +45,11 @@ void dx_sensor_init(struct dx_sensor *s, const struct dx_geometry *g,
 void dx_sensor_row(struct dx_plane *plane, const struct dx_sensor *s, uint32_t row, uint32_t col0,
                    uint32_t n, const struct dx_sight *here, const struct dx_sight *above,
                    const struct dx_sight *below);
+
+/* Whether the sensor mixes two surfaces at here[0], a dexel that dx_sensor_row would make from the
+ * same sights. */
+bool dx_sensor_mixes(const struct dx_sensor *s, uint32_t row, uint32_t col,
+                     const struct dx_sight *here, const struct dx_sight *above,
+                     const struct dx_sight *below);
 
 #endif
