@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int by_value(const void *x, const void *y)
+int dx_bench_by_value(const void *x, const void *y)
 {
     const double *a = x, *b = y;
 
@@ -16,6 +16,6 @@ double dx_bench_median(const double *values, uint32_t n)
     double sorted[DX_BENCH_MAX_ROUNDS];
 
     memcpy(sorted, values, n * sizeof(*values));
-    qsort(sorted, n, sizeof(*sorted), by_value);
+    qsort(sorted, n, sizeof(*sorted), dx_bench_by_value);
     return sorted[n / 2];
 }

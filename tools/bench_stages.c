@@ -20,7 +20,9 @@
 
 static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
-    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, copy.\n\n"
+    "       dexel bench paper [OPTIONS]\n"
+    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, copy.\n"
+    "`dexel bench paper` repeats the table of Gopi and Krishnan (2002).\n\n"
     "  --scene NAME    which scene (hall)\n"
     "  --size WxH      columns x rows (1500x1000)\n"
     "  --noise M       noise of the scan, metres (0.002)\n"

@@ -10,6 +10,7 @@ static const struct {
     char *full_name; /* the benchmark's argv[0], as in main.c */
     int (*run)(int argc, char **argv);
 } benches[] = {
+    {"paper", "dexel bench paper", dx_bench_paper},
     {NULL, NULL, NULL},
 };
 

@@ -28,6 +28,13 @@ static struct dx_sight look(const struct dx_world *w, const struct dx_ray *ray)
     return sight;
 }
 
+struct dx_sight dx_sight_along(const struct dx_world *w, const double dir[3])
+{
+    struct dx_ray ray = dx_ray_make(dir[0], dir[1], dir[2]);
+
+    return look(w, &ray);
+}
+
 /* The ray of a dexel in double, from the geometry's own f32 tables: a range along it gives the
  * geometry's point but for rounding. */
 static struct dx_ray ray_of(const struct dx_geometry *g, uint32_t row, uint32_t col)

@@ -13,6 +13,9 @@ struct dx_sight {
     float shade;  /* reflectance times cosine of incidence, 0..1 */
 };
 
+/* What a ray from the origin along `dir` meets; the range counts lengths of `dir`. */
+struct dx_sight dx_sight_along(const struct dx_world *w, const double dir[3]);
+
 /* Sights of columns [col0, col0 + n) of a row; columns go around where the grid wraps, and are
  * empty beyond its ends where it does not. */
 void dx_sight_row(struct dx_sight *out, const struct dx_world *w, const struct dx_geometry *g,
