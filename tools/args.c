@@ -117,6 +117,18 @@ int dx_arg_choice(const struct dx_arg *arg, const char *const *choices)
     return dx_arg_bad(arg, "%s", list);
 }
 
+int dx_arg_keep(enum dx_keep *out, const struct dx_arg *arg)
+{
+    const char *names[DX_N_KEEP + 1] = {NULL};
+    int k;
+
+    for (unsigned i = 0; i < DX_N_KEEP; i++)
+        names[i] = dx_keep_name(i);
+    k = dx_arg_choice(arg, names);
+    *out = k < 0 ? DX_KEEP_CENTRE : (enum dx_keep)k;
+    return k < 0 ? k : 0;
+}
+
 const char *dx_arg_operand(int argc, char **argv, const char *what)
 {
     if (optind == argc - 1)

@@ -7,6 +7,7 @@
 #define DX_ARGS_H
 
 #include "core/grid/fit.h"
+#include "core/grid/represent.h"
 #include "core/grid/terrain.h"
 
 #include <getopt.h>
@@ -38,6 +39,9 @@ int dx_arg_triple(double out[3], const struct dx_arg *arg, double min, double ma
                   const char *what);
 /* Index of the text in a NULL-terminated list, or -EINVAL. */
 int dx_arg_choice(const struct dx_arg *arg, const char *const *choices);
+
+/* The name of a policy (represent.h). 0 or -EINVAL. */
+int dx_arg_keep(enum dx_keep *out, const struct dx_arg *arg);
 
 /* Exactly one argument that is no option: its text; NULL having said why. `what`: "a scan". */
 const char *dx_arg_operand(int argc, char **argv, const char *what);

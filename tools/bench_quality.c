@@ -3,7 +3,7 @@
  * Everything follows from the seed: the same command prints the same numbers on every machine.
  */
 #include "tools/args.h"
-#include "tools/bench_quality.h"
+#include "tools/bench.h"
 #include "tools/quality.h"
 
 #include <errno.h>

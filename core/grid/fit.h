@@ -9,6 +9,8 @@
 #include "core/grid/geometry.h"
 #include "core/grid/plane.h"
 
+#include <math.h>
+
 /* Organized points, row-major, metres, scanner frame; a missing one is (NaN, NaN, NaN). */
 struct dx_points {
     uint32_t height, width;
@@ -16,6 +18,13 @@ struct dx_points {
     const uint16_t *attr; /* [height * width], or NULL */
     uint8_t attr_bytes;   /* of the plane to be made: 0, 1 or 2 */
 };
+
+/* A return: finite, not at the origin, and of a size whose square is safe. */
+static inline bool dx_fit_valid(const double p[3])
+{
+    return fabs(p[0]) < 1e12 && fabs(p[1]) < 1e12 && fabs(p[2]) < 1e12 &&
+           p[0] * p[0] + p[1] * p[1] + p[2] * p[2] > 1e-24;
+}
 
 struct dx_fit_options {
     double unit_m; /* 0: the finest 1-2-5 step that holds the largest range in 16 bits */

@@ -8,8 +8,6 @@
 
 #include "core/grid/fit.h"
 
-#include <math.h>
-
 /* Values along one side of the grid: azimuths, elevations (radians) or tangents. */
 struct dx_fit_axis {
     uint32_t n;
@@ -27,13 +25,6 @@ struct dx_fit_model {
     double rms;   /* residual in dexels; INFINITY when the model cannot hold the points */
     double *room; /* what the pointers above point into */
 };
-
-/* A return: finite, not at the origin, and of a size whose square is safe. */
-static inline bool dx_fit_valid(const double p[3])
-{
-    return fabs(p[0]) < 1e12 && fabs(p[1]) < 1e12 && fabs(p[2]) < 1e12 &&
-           p[0] * p[0] + p[1] * p[1] + p[2] * p[2] > 1e-24;
-}
 
 /* To (-pi, pi], for |a| below a few turns. */
 double dx_fit_wrap_angle(double a);

@@ -21,15 +21,6 @@ static double range_of(const struct dx_geometry *g, uint32_t row, uint32_t col, 
     return sqrt(x * x + y * y + z * z);
 }
 
-/* In units of the geometry, rounded; 0 when it does not fit. */
-static uint32_t units_of(const struct dx_geometry *g, double range)
-{
-    double units = rint(range / (double)g->unit_m);
-    double limit = g->range_bytes == 2 ? 65535.0 : 4294967295.0;
-
-    return units >= 1 && units <= limit ? (uint32_t)units : 0;
-}
-
 static bool missing(const double p[3])
 {
     return isnan(p[0]) || isnan(p[1]) || isnan(p[2]);
@@ -44,7 +35,7 @@ uint32_t dx_fit_ranges(struct dx_plane *plane, const struct dx_geometry *g,
     for (uint32_t row = 0; row < g->height; row++)
         for (uint32_t col = 0; col < g->width; col++, k++) {
             const double *p = points->xyz + 3 * k;
-            uint32_t range = dx_fit_valid(p) ? units_of(g, range_of(g, row, col, p)) : 0;
+            uint32_t range = dx_fit_valid(p) ? dx_geometry_units(g, range_of(g, row, col, p)) : 0;
 
             dropped += range == 0 && !missing(p);
             dx_plane_set_range(plane, k, range);
@@ -81,7 +72,7 @@ bool dx_fit_holds(const struct dx_geometry *g, const struct dx_points *points, d
         for (uint32_t col = 0; col < g->width; col++, k++) {
             const double *p = points->xyz + 3 * k;
 
-            if (dx_fit_valid(p) && (units_of(g, range_of(g, row, col, p)) == 0 ||
+            if (dx_fit_valid(p) && (dx_geometry_units(g, range_of(g, row, col, p)) == 0 ||
                                     departure2(g, row, col, p) > dexels * dexels))
                 return false;
         }

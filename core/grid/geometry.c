@@ -220,6 +220,14 @@ double dx_geometry_angle(const struct dx_geometry *g, uint32_t row0, uint32_t co
     return 2 * dx_atan2(half, sqrt(half < 1 ? 1 - half * half : 0));
 }
 
+uint32_t dx_geometry_units(const struct dx_geometry *g, double range_m)
+{
+    double units = rint(range_m / (double)g->unit_m);
+    double limit = g->range_bytes == 2 ? 65535.0 : 4294967295.0;
+
+    return units >= 1 && units <= limit ? (uint32_t)units : 0;
+}
+
 double dx_geometry_unit_for(double max_range_m)
 {
     static const double mantissa[3] = {1, 2, 5};

@@ -103,6 +103,9 @@ static inline void dx_geometry_point(const struct dx_geometry *g, uint32_t row, 
     }
 }
 
+/* A distance in units of the geometry, rounded; 0 when it does not fit its width. */
+uint32_t dx_geometry_units(const struct dx_geometry *g, double range_m);
+
 /* The finest 1-2-5 step (metres) at which `max_range_m` fits 16 bits; at least 1e-6. */
 double dx_geometry_unit_for(double max_range_m);
 

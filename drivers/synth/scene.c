@@ -141,3 +141,14 @@ double dx_scene_truth(const struct dx_geometry *g, const struct dx_scene_config 
     dx_sight_row(&sight, &world, g, row, col, 1);
     return sight.range;
 }
+
+void dx_scene_look(double *distance, const double *dir, size_t n, const struct dx_scene_config *c,
+                   uint64_t number)
+{
+    struct dx_world world;
+
+    dx_world_init(&world, c, number);
+    for (size_t k = 0; k < n; k++, dir += 3)
+        distance[k] = dx_sight_along(&world, dir).range *
+                      sqrt(dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2]);
+}

@@ -55,4 +55,9 @@ void dx_scene_cast(struct dx_plane *plane, const struct dx_geometry *g,
 double dx_scene_truth(const struct dx_geometry *g, const struct dx_scene_config *c, uint64_t number,
                       uint32_t row, uint32_t col);
 
+/* The same along n directions of any kind, [3 * n], not of zero length: distances from the origin,
+ * in metres. The scene alone of `c` is asked for. */
+void dx_scene_look(double *distance, const double *dir, size_t n, const struct dx_scene_config *c,
+                   uint64_t number);
+
 #endif

@@ -338,11 +338,39 @@ static void digests_are_golden(void **state)
     }
 }
 
+/* A dexel's own direction, of any length, sees what the dexel sees. */
+static void looks_are_the_truth(void **state)
+{
+    (void)state;
+    for (unsigned scene = 0; scene < DX_N_SCENES; scene++) {
+        struct rig r;
+
+        rig_init(&r, scene, 30, 40);
+        rig_open(&r);
+        for (uint32_t i = 0; i < 30; i++)
+            for (uint32_t j = 0; j < 40; j++) {
+                double d[3], scaled[6], distance[2], want = truth(&r, 17, i, j);
+
+                dx_geometry_direction(r.g, i, j, d);
+                want /= r.g->model == DX_MODEL_PINHOLE ? d[2] : 1;
+                for (int k = 0; k < 3; k++) {
+                    scaled[k] = 3 * d[k];
+                    scaled[3 + k] = d[k] / 7;
+                }
+                dx_scene_look(distance, scaled, 2, &r.config, 17);
+                for (int k = 0; k < 2; k++)
+                    assert_true(distance[k] == want || fabs(distance[k] - want) < 1e-5);
+            }
+        rig_close(&r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_go_both_ways),
         cmocka_unit_test(frames_are_the_truth),
+        cmocka_unit_test(looks_are_the_truth),
         cmocka_unit_test(points_lie_on_the_walls),
         cmocka_unit_test(parts_and_order_do_not_matter),
         cmocka_unit_test(flips_mirror),
