@@ -12,9 +12,9 @@
 
 static int check_options(struct dexel *d, const struct dexel_options *o)
 {
-    if (o->encoding > DEXEL_Q16 || o->mode > DEXEL_LOSSLESS)
+    if (o->encoding > DEXEL_DELTA || o->mode > DEXEL_LOSSLESS)
         return dx_err_set(&d->err, -EINVAL, "encoding %d, mode %d: at most %d and %d expected",
-                          o->encoding, o->mode, DEXEL_Q16, DEXEL_LOSSLESS);
+                          o->encoding, o->mode, DEXEL_DELTA, DEXEL_LOSSLESS);
     if (o->stream && strlen(o->stream) >= DX_WIRE_NAME)
         return dx_err_set(&d->err, -EINVAL, "a stream's name has at most %d bytes",
                           DX_WIRE_NAME - 1);
@@ -50,7 +50,8 @@ int dx_session_new(struct dexel **out, const struct dexel_options *options,
     d->asked = (struct dx_msg_subscribe){
         .encoding = (uint8_t)o->encoding,
         .mode = (uint8_t)o->mode,
-        .want_attr = o->want_attr != 0,
+        .want =
+            (uint8_t)((o->want_attr ? DX_WANT_ATTR : 0) | (o->want_normals ? DX_WANT_NORMALS : 0)),
         .min_interval_ms = o->min_interval_ms,
         .tile_row0 = o->tile_row0,
         .tile_col0 = o->tile_col0,

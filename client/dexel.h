@@ -25,7 +25,9 @@ extern "C" {
 
 #define DEXEL_API __attribute__((visibility("default")))
 
-enum dexel_encoding { DEXEL_F32 = 0, DEXEL_Q16 = 1 };
+/* How the mesh travels; what arrives is the same, bit for bit. A vertex takes about 24, 2.4 and 1
+ * bytes. Q16 needs a stream with ranges of 16 bits; DELTA costs both sides the most work. */
+enum dexel_encoding { DEXEL_F32 = 0, DEXEL_Q16 = 1, DEXEL_DELTA = 2 };
 enum dexel_mode { DEXEL_LIVE = 0, DEXEL_PULL = 1, DEXEL_LOSSLESS = 2 };
 enum dexel_model { DEXEL_SPINNING = 1, DEXEL_PINHOLE = 2, DEXEL_TABLE = 3 };
 enum dexel_state {
@@ -45,7 +47,10 @@ struct dexel_stream {
     uint32_t height, width;        /* dexels: rows, columns */
     uint32_t tile_rows, tile_cols; /* tiles are 64x64 cells */
     int wrap;                      /* column 0 follows the last */
+    int flip;                      /* the rows and columns run so that triangles are turned round:
+                                      see dexel_commit's caps */
     unsigned attr_bytes;           /* 0, 1 or 2: bytes of a vertex's attribute */
+    int normals;                   /* tiles come with normals */
     double unit_m;                 /* metres per range unit */
     double pose[12];               /* rows of [R|t], scanner to world; not applied to vertices */
     double sigma[3], tilt_deg, noise_k, cap_m; /* mesh parameters in force */
@@ -60,6 +65,7 @@ struct dexel_tile {
     const uint32_t
         *dexel;           /* [n_vertices] row * width + column: the same in all tiles, to weld by */
     const uint16_t *attr; /* [n_vertices], or NULL */
+    const float *normal;  /* [n_vertices][3], unit length, towards the scanner; or NULL */
 };
 
 struct dexel_commit {
@@ -71,6 +77,13 @@ struct dexel_commit {
     uint32_t n_tiles; /* in this batch */
     int partial;      /* more columns of this frame will come */
     int snapshot;     /* the first commit after a subscribe or a reset */
+    /*
+     * Polar caps: until the next commit the mesh has besides, in no tile, a fan over all dexels of
+     * its first or last row, whose triangles are for j = 1 .. width - 2
+     *   first row  (0, j + 1, j)        last row  (0, j, j + 1)
+     * in columns of that row; the last two are exchanged when the stream's flip is set.
+     */
+    int cap_first, cap_last;
 };
 
 /* Any member may be NULL. */
@@ -88,7 +101,7 @@ struct dexel_options {
     const char *stream; /* NULL: the only stream */
     enum dexel_encoding encoding;
     enum dexel_mode mode;
-    int want_attr;
+    int want_attr, want_normals; /* where the stream has them */
     uint32_t min_interval_ms;
     uint16_t tile_row0, tile_col0, n_tile_rows, n_tile_cols; /* region; 0 rows and cols: all */
 };

@@ -60,7 +60,9 @@ static int call_stream(struct dexel *d)
         .tile_rows = m->tile_rows,
         .tile_cols = m->tile_cols,
         .wrap = m->wrap,
+        .flip = m->flip,
         .attr_bytes = m->attr_bytes,
+        .normals = m->normals,
         .unit_m = (double)m->unit_m,
         .tilt_deg = m->tilt_deg,
         .noise_k = m->noise_k,
@@ -130,6 +132,8 @@ static int on_commit(struct dexel *d, const struct message *m)
         .n_tiles = c.n_tiles,
         .partial = (c.flags & DX_COMMIT_PARTIAL) != 0,
         .snapshot = d->phase == DX_PHASE_TILES,
+        .cap_first = (c.flags & DX_COMMIT_CAP_FIRST) != 0,
+        .cap_last = (c.flags & DX_COMMIT_CAP_LAST) != 0,
     };
     d->n_tiles = 0;
     if (d->phase == DX_PHASE_TILES)

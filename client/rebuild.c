@@ -1,8 +1,10 @@
 /*
- * From messages to what the application sees: the geometry that q16 needs, from its pieces, and the
- * mesh of a tile with the ids of its vertices. One thread at a time.
+ * From messages to what the application sees: the geometry that q16 and delta need, from its
+ * pieces, and the mesh of a tile with the ids and normals of its vertices. One thread at a time.
  */
 #include "client/session.h"
+
+#include "core/grid/octahedral.h"
 
 #include <errno.h>
 
@@ -41,24 +43,25 @@ int dx_session_add_geometry(struct dexel *d, const struct dx_msg_geometry *piece
     return 0;
 }
 
-/* Global ids in rank order. The mask holds corners of the tile's cells only, so block row and
- * column are never 0, and a column is at most one past the seam. */
+/* Global ids in rank order. */
 static void number_vertices(struct dexel *d)
 {
     const struct dx_tile_mesh *mesh = &d->mesh;
-    const uint32_t row0 = mesh->row * (uint32_t)DX_TILE_CELLS - 1;
-    const uint32_t col0 = mesh->col * (uint32_t)DX_TILE_CELLS - 1;
-    const uint32_t width = d->tiling.width;
     uint32_t n = 0;
 
     for (uint32_t byte = 0; byte < DX_MASK_BYTES; byte++) {
         for (uint32_t bits = mesh->mask[byte]; bits; bits &= bits - 1) {
             const uint32_t k = 8 * byte + (uint32_t)__builtin_ctz(bits);
-            const uint32_t col = col0 + k % DX_BLOCK;
 
-            d->vertex_id[n++] = (row0 + k / DX_BLOCK) * width + (col < width ? col : col - width);
+            d->vertex_id[n++] = (uint32_t)dx_tile_vertex_id(&d->tiling, mesh->row, mesh->col, k);
         }
     }
+}
+
+static void spread_normals(struct dexel *d)
+{
+    for (uint32_t v = 0; v < d->mesh.n_vertices; v++)
+        dx_octahedral_decode(d->normal + 3 * (size_t)v, d->mesh.normal + 2 * (size_t)v);
 }
 
 static int call_tile(struct dexel *d)
@@ -73,9 +76,12 @@ static int call_tile(struct dexel *d)
         .index = mesh->index,
         .dexel = d->vertex_id,
         .attr = mesh->attr_bytes ? mesh->attr : NULL,
+        .normal = mesh->has_normals ? d->normal : NULL,
     };
 
     number_vertices(d);
+    if (mesh->has_normals)
+        spread_normals(d);
     return d->callbacks.tile(d->user, &tile);
 }
 
@@ -96,6 +102,8 @@ int dx_session_tile(struct dexel *d, const uint8_t *body, size_t len)
         return refuse_chunk(d, "not in the encoding of the subscription");
     if (h.n_triangles && h.attr_bytes != d->told.attr_bytes)
         return refuse_chunk(d, "not with the attribute of the subscription");
+    if (h.n_triangles && h.has_normals != d->told.normals)
+        return refuse_chunk(d, "not with the normals of the subscription");
     if (d->callbacks.tile && dx_chunk_get(&d->mesh, body, len, &d->tiling, d->geometry) < 0)
         return refuse_chunk(d, "its counts, codes, ranges or indices do not agree");
     r = d->callbacks.raw_tile ? d->callbacks.raw_tile(d->user, body, len) : 0;

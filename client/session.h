@@ -32,7 +32,7 @@ struct dexel {
     struct dx_msg_subscribe asked;
     struct dx_msg_subscribed told;
     struct dx_tiling tiling;
-    struct dx_geometry *geometry; /* q16 only */
+    struct dx_geometry *geometry; /* q16 and delta only */
     uint32_t geometry_len;        /* bytes of its table that came */
 
     uint32_t n_tiles; /* of the open batch, so far */
@@ -40,6 +40,7 @@ struct dexel {
 
     struct dx_tile_mesh mesh;
     uint32_t vertex_id[DX_TILE_MAX_VERTICES];
+    float normal[3 * DX_TILE_MAX_VERTICES];
 };
 
 /* A session without a socket: options checked and copied. Errors: -EINVAL, -ENOMEM; on -EINVAL *out
@@ -57,8 +58,8 @@ int dx_session_fail(struct dexel *d, int error);
 /* Handles the whole messages that were received. 0, a callback's value, or an error. */
 int dx_session_dispatch(struct dexel *d);
 
-/* rebuild.c: the geometry of a q16 stream, and tiles as the callbacks see them. Errors end the
- * session: -EPROTO (text set), -ENOMEM. */
+/* rebuild.c: the geometry of a q16 or delta stream, and tiles as the callbacks see them. Errors end
+ * the session: -EPROTO (text set), -ENOMEM. */
 int dx_session_begin_geometry(struct dexel *d);
 int dx_session_add_geometry(struct dexel *d, const struct dx_msg_geometry *piece);
 int dx_session_tile(struct dexel *d, const uint8_t *body, size_t len);

@@ -78,8 +78,10 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
             dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(e->terrain),
                                dx_terrain_geometry(e->terrain));
             job->len[n] = dx_chunk_put_f32(job->body[n], &s->mesh);
-        } else {
+        } else if (n == DX_ENCODING_Q16) {
             job->len[n] = dx_chunk_put_q16(job->body[n], &s->tile);
+        } else {
+            job->len[n] = dx_chunk_put_delta(job->body[n], &s->tile);
         }
     }
 }

@@ -52,7 +52,7 @@ static void begin_geometry(struct dx_subscriber *s, struct dx_geometry *g)
     dx_geometry_unref(s->geometry);
     s->geometry = NULL;
     s->geometry_at = s->geometry_len = 0;
-    if (s->asked.encoding != DX_ENCODING_Q16)
+    if (!dx_encoding_has_ranges(s->asked.encoding))
         return;
     s->geometry = dx_geometry_ref(g);
     s->geometry_len = (uint32_t)(g->n_table * sizeof(float));
@@ -67,7 +67,7 @@ static bool put_subscribed(struct dx_subscriber *s)
     struct dx_msg_subscribed m = {
         .encoding = s->asked.encoding,
         .mode = s->asked.mode,
-        .attr_bytes = s->asked.want_attr ? l->attr_bytes : 0,
+        .attr_bytes = s->asked.want & DX_WANT_ATTR ? l->attr_bytes : 0,
         .model = (uint8_t)g->model,
         .wrap = g->wrap,
         .flip = g->flip,
@@ -83,6 +83,7 @@ static bool put_subscribed(struct dx_subscriber *s)
         .cap_m = p->cap_m,
         .diag = (uint8_t)p->diag,
         .paper = p->paper,
+        .normals = p->normals && s->asked.want & DX_WANT_NORMALS,
     };
     struct dx_writer w;
 
@@ -139,19 +140,23 @@ static void put_empty(struct dx_subscriber *s, enum dx_message type)
     end(s, &w, type);
 }
 
-/* Where the chunk's header (chunk.h) keeps its sections and its count of vertices. */
-#define CHUNK_SECTIONS   5
-#define CHUNK_N_VERTICES 6
+/* The sections that a client asked for. */
+static uint8_t wanted_sections(const struct dx_subscriber *s)
+{
+    unsigned attr = s->asked.want & DX_WANT_ATTR ? DX_CHUNK_ATTR8 | DX_CHUNK_ATTR16 : 0;
+
+    return (uint8_t)(attr | (s->asked.want & DX_WANT_NORMALS ? DX_CHUNK_NORMALS : 0));
+}
 
 /*
- * TILE: the chunk as it is; without its attribute section, which is the last, when nobody asked for
- * it; the header of an empty tile when there is no chunk.
+ * TILE: the chunk as it is, or without the sections that were not asked for; the header of an empty
+ * tile when there is no chunk.
  */
 static void put_tile(struct dx_subscriber *s, uint32_t number)
 {
     const struct dx_view_entry *e = &s->view.entry[number];
     const struct dx_tiling *t = &s->stream->loop->tiling;
-    uint32_t skip = 0, len = 0, attr_bytes = s->stream->loop->attr_bytes;
+    struct dx_chunk_cut cut = {.skip = 0};
     struct dx_writer w = dx_outbox_begin(&s->out);
     struct dx_out_message *out;
 
@@ -162,19 +167,15 @@ static void put_tile(struct dx_subscriber *s, uint32_t number)
         const struct dx_feed_chunk *c = &s->out.feed->chunk[e->chunk];
         const uint8_t *body = dx_feed_block(s->out.feed, c->first);
 
-        len = c->len;
-        if (!s->asked.want_attr && attr_bytes && body[CHUNK_SECTIONS]) {
-            uint8_t *head = dx_write_room(&w, DX_CHUNK_HEADER_LEN);
-
-            memcpy(head, body, DX_CHUNK_HEADER_LEN);
-            head[CHUNK_SECTIONS] = 0;
-            skip = DX_CHUNK_HEADER_LEN;
-            len -= skip + attr_bytes * dx_get_u16(body + CHUNK_N_VERTICES);
+        cut.len = c->len;
+        if (body[DX_CHUNK_SECTIONS_AT] & ~wanted_sections(s)) {
+            dx_chunk_cut(&cut, body, c->len, wanted_sections(s));
+            dx_write_bytes(&w, cut.head, sizeof(cut.head));
         }
     }
-    out = dx_outbox_end(&s->out, &w, DX_MSG_TILE, s->stream->number, s->view.batch_epoch, len);
+    out = dx_outbox_end(&s->out, &w, DX_MSG_TILE, s->stream->number, s->view.batch_epoch, cut.len);
     out->chunk = e->chunk;
-    out->skip = skip;
+    out->skip = cut.skip;
     out->entry = number;
 }
 
@@ -254,7 +255,7 @@ static bool step(struct dx_subscriber *s, uint64_t now_ns)
         if (!put_subscribed(s)) {
             s->doomed = DX_WIRE_E_ENCODING;
             snprintf(s->doom, sizeof(s->doom),
-                     "q16 needs 16-bit ranges, this stream has 32-bit ones; take f32");
+                     "q16 needs 16-bit ranges, this stream has 32-bit ones; take delta or f32");
             return false;
         }
     } else if (s->geometry) {

@@ -237,7 +237,7 @@ static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
     }
     s->encodings = m.encodings & ((1u << DX_N_ENCODINGS) - 1);
     if (!s->encodings) {
-        refuse(s, DX_WIRE_E_ENCODING, "no encoding in common; there are f32 and q16");
+        refuse(s, DX_WIRE_E_ENCODING, "no encoding in common; there are f32, q16 and delta");
         return;
     }
     s->tell_welcome = true;

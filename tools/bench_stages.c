@@ -22,7 +22,7 @@ static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
     "       dexel bench paper [OPTIONS]\n"
     "       dexel bench quality [OPTIONS] [THEME...]\n"
-    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, copy.\n"
+    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta, copy.\n"
     "`dexel bench paper` repeats the table of Gopi and Krishnan (2002), `dexel bench quality`\n"
     "measures meshes against the truth.\n\n"
     "  --scene NAME    which scene (hall)\n"
@@ -56,9 +56,9 @@ static const struct option options[] = {
     {0},
 };
 
-enum stage { PUBLISH, CODES, F32, Q16, COPY, N_STAGES };
+enum stage { PUBLISH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
 
-static const char *const stage_names[] = {"publish", "codes", "f32", "q16", "copy", NULL};
+static const char *const stage_names[] = {"publish", "codes", "f32", "q16", "delta", "copy", NULL};
 
 struct args {
     struct dx_scene_config scene;
@@ -95,6 +95,10 @@ static void encode(struct bench *b, enum stage stage)
             continue;
         if (stage == Q16) {
             n += dx_chunk_put_q16(b->body, b->tile);
+            continue;
+        }
+        if (stage == DELTA) {
+            n += dx_chunk_put_delta(b->body, b->tile);
             continue;
         }
         dx_tile_mesh_build(b->mesh, b->tile, tiling, b->geometry);

@@ -13,8 +13,9 @@ static const char help[] =
     "Receives the mesh of a stream until the stream ends (or --frames, or Ctrl-C).\n\n"
     "  --socket PATH         mesh socket ($DEXELD_SOCKET, else /run/dexeld/mesh.sock)\n"
     "  --stream NAME         which stream (the only one)\n"
-    "  --encoding f32|q16    how the mesh travels (f32)\n"
+    "  --encoding f32|q16|delta  how the mesh travels (f32)\n"
     "  --attr, --no-attr     ask for the attribute, where there is one (--attr)\n"
+    "  --normals             ask for normals, where there are some\n"
     "  --frames N            stop after N commits\n"
     "  --lossless            every epoch; from a replay at --rate max only\n"
     "  --pull                ask for each epoch when the one before is done with\n"
@@ -35,6 +36,7 @@ enum {
     OPT_ENCODING,
     OPT_ATTR,
     OPT_NO_ATTR,
+    OPT_NORMALS,
     OPT_FRAMES,
     OPT_LOSSLESS,
     OPT_PULL,
@@ -53,6 +55,7 @@ static const struct option options[] = {
     {"encoding", required_argument, NULL, OPT_ENCODING},
     {"attr", no_argument, NULL, OPT_ATTR},
     {"no-attr", no_argument, NULL, OPT_NO_ATTR},
+    {"normals", no_argument, NULL, OPT_NORMALS},
     {"frames", required_argument, NULL, OPT_FRAMES},
     {"lossless", no_argument, NULL, OPT_LOSSLESS},
     {"pull", no_argument, NULL, OPT_PULL},
@@ -95,7 +98,8 @@ static int set_mode(struct dx_cat_args *cat, enum dexel_mode mode)
 
 static int set_encoding(struct dx_cat_args *cat, const char *text)
 {
-    static const char *const names[] = {[DEXEL_F32] = "f32", [DEXEL_Q16] = "q16", NULL};
+    static const char *const names[] = {
+        [DEXEL_F32] = "f32", [DEXEL_Q16] = "q16", [DEXEL_DELTA] = "delta", NULL};
     int k = dx_arg_choice(&(struct dx_arg){"dexel cat", "--encoding", text}, names);
 
     cat->subscribe.encoding = k < 0 ? DEXEL_F32 : (enum dexel_encoding)k;
@@ -117,6 +121,8 @@ static int set_option(struct dx_cat_args *cat, int opt, const char *text)
     case OPT_NO_ATTR:
         cat->subscribe.want_attr = opt == OPT_ATTR;
         return 0;
+    case OPT_NORMALS:
+        return cat->subscribe.want_normals = 1, 0;
     case OPT_FRAMES:
     case OPT_INTERVAL:
     case OPT_TIMEOUT:

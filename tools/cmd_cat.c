@@ -224,7 +224,8 @@ static int on_tile(void *user, const struct dexel_tile *tile)
                                                                   .xyz = tile->xyz,
                                                                   .index = tile->index,
                                                                   .id = tile->dexel,
-                                                                  .attr = tile->attr});
+                                                                  .attr = tile->attr,
+                                                                  .normal = tile->normal});
 
     return rc < 0 ? fail("a tile", rc) : 0;
 }
@@ -233,6 +234,7 @@ static int on_commit(void *user, const struct dexel_commit *commit)
 {
     struct cat *cat = user;
 
+    dx_mesh_store_set_caps(cat->mesh, commit->cap_first, commit->cap_last, cat->stream.flip);
     dx_mesh_store_commit(cat->mesh);
     if (cat->n_commits && commit->frame > cat->last.frame + 1)
         cat->n_missed += commit->frame - cat->last.frame - 1;

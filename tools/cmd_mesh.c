@@ -19,7 +19,8 @@ static const char help[] =
     "  --threads N         for the tiles (one a processor)\n"
     "  --world             vertices in the world's frame, by the scan's pose\n"
     "  --ascii             PLY as text\n"
-    "  --encoding f32|q16  pass the tiles through an encoding of the protocol\n"
+    "  --encoding f32|q16|delta\n"
+    "                      pass the tiles through an encoding of the protocol\n"
     "  --stats             one JSON object on standard output\n\n" DX_TERRAIN_HELP;
 
 enum {
@@ -57,7 +58,7 @@ static int set_value(struct args *a, int opt, const char *text)
 {
     static const char *const modes[] = {"terrain", NULL};
     static const char *const encodings[] = {
-        [DX_ENCODING_F32] = "f32", [DX_ENCODING_Q16] = "q16", NULL};
+        [DX_ENCODING_F32] = "f32", [DX_ENCODING_Q16] = "q16", [DX_ENCODING_DELTA] = "delta", NULL};
     uint64_t n = 0;
     int rc;
 

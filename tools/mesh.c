@@ -24,8 +24,15 @@ int dx_mesh_init(struct dx_mesh *mesh, size_t n_vertices, size_t n_triangles, ui
     return -ENOMEM;
 }
 
+int dx_mesh_add_normals(struct dx_mesh *mesh)
+{
+    mesh->normal = malloc((size_t)mesh->n_vertices * 3 * sizeof(*mesh->normal) + 1);
+    return mesh->normal ? 0 : -ENOMEM;
+}
+
 void dx_mesh_fini(struct dx_mesh *mesh)
 {
+    free(mesh->normal);
     free(mesh->xyz);
     free(mesh->id);
     free(mesh->attr);

@@ -18,6 +18,7 @@ struct dx_mesh {
     float *xyz;         /* [n_vertices][3], metres, scanner frame */
     uint32_t *id;       /* [n_vertices] row * width + column, ascending; NULL: not from a grid */
     uint16_t *attr;     /* [n_vertices], NULL when attr_bytes is 0 */
+    float *normal;      /* [n_vertices][3], unit length; NULL: none */
     uint32_t *index;    /* [n_triangles][3] */
 };
 
@@ -25,6 +26,8 @@ struct dx_mesh {
  * -ENOMEM; then *mesh is zeroed. */
 int dx_mesh_init(struct dx_mesh *mesh, size_t n_vertices, size_t n_triangles, uint8_t attr_bytes,
                  int with_id);
+/* Room for the normals of a mesh that was made without; not filled. Errors: -ENOMEM. */
+int dx_mesh_add_normals(struct dx_mesh *mesh);
 void dx_mesh_fini(struct dx_mesh *mesh);
 
 #endif

@@ -20,6 +20,7 @@ struct dx_store_tile {
     const uint16_t *index; /* [n_triangles][3] */
     const uint32_t *id;    /* [n_vertices] row * width + column */
     const uint16_t *attr;  /* [n_vertices], or NULL */
+    const float *normal;   /* [n_vertices][3], or NULL */
 };
 
 struct dx_mesh_store;
@@ -38,18 +39,22 @@ int dx_mesh_store_set(struct dx_mesh_store *s, const struct dx_store_tile *tile)
 int dx_mesh_store_set_mesh(struct dx_mesh_store *s, const struct dx_tile_mesh *mesh);
 /* All tiles are gone from the next commit on, save those set after this. */
 void dx_mesh_store_reset(struct dx_mesh_store *s);
+/* From the next commit on there is a fan over the first or last row, or there is none: polar caps,
+ * which are in no tile. `flip`: the stream's. */
+void dx_mesh_store_set_caps(struct dx_mesh_store *s, bool first, bool last, bool flip);
 /* What was set, removed and reset since the last commit takes effect. */
 void dx_mesh_store_commit(struct dx_mesh_store *s);
 
-/* Totals of the committed tiles; vertices on borders count once for each tile. */
+/* Totals of the committed tiles, without caps; vertices on borders count once for each tile. */
 uint64_t dx_mesh_store_n_triangles(const struct dx_mesh_store *s);
 uint64_t dx_mesh_store_n_tile_vertices(const struct dx_mesh_store *s);
 uint32_t dx_mesh_store_n_tiles(const struct dx_mesh_store *s); /* not empty */
 
 /*
  * The committed tiles as one mesh: vertices that a triangle uses, once each, in ascending id;
- * triangles in tile order, then in the tile's own. Where two tiles differ about a vertex the first
- * one holds. Errors: -EOVERFLOW, -ENOMEM.
+ * triangles in tile order, then in the tile's own, then those of the caps. Where two tiles differ
+ * about a vertex the first one holds. Normals when all tiles have them. A cap over a row that is
+ * not all there (a region without some of its tiles) is left out. Errors: -EOVERFLOW, -ENOMEM.
  */
 int dx_mesh_store_weld(struct dx_mesh *mesh, const struct dx_mesh_store *s);
 

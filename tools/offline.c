@@ -146,18 +146,25 @@ static int build_tile(struct scratch *x, const struct dx_terrain *t, int encodin
     const struct dx_geometry *g = dx_terrain_geometry(t);
     size_t len;
 
-    if (encoding != DX_ENCODING_Q16)
+    switch (encoding) {
+    case DX_ENCODING_Q16:
+        len = dx_chunk_put_q16(x->body, &x->tile);
+        break;
+    case DX_ENCODING_DELTA:
+        len = dx_chunk_put_delta(x->body, &x->tile);
+        break;
+    default:
         dx_tile_mesh_build(&x->mesh, &x->tile, tiling, g);
-    if (encoding == DX_OFFLINE_PLAIN)
-        return 0;
-    len = encoding == DX_ENCODING_Q16 ? dx_chunk_put_q16(x->body, &x->tile)
-                                      : dx_chunk_put_f32(x->body, &x->mesh);
+        if (encoding == DX_OFFLINE_PLAIN)
+            return 0;
+        len = dx_chunk_put_f32(x->body, &x->mesh);
+    }
     return dx_chunk_get(&x->mesh, x->body, len, tiling, g);
 }
 
 static int store_tiles(struct dx_offline *o, const struct dx_terrain *t, int encoding)
 {
-    struct scratch *x = malloc(sizeof(*x));
+    struct scratch *x = calloc(1, sizeof(*x));
     int rc = 0;
 
     if (!x)

@@ -52,3 +52,15 @@ void dx_out_vertex(double p[3], const struct dx_mesh *mesh, size_t v,
                                     m[4 * k + 2] * (double)q[2] + m[4 * k + 3]
                               : (double)q[k];
 }
+
+void dx_out_normal(double n[3], const struct dx_mesh *mesh, size_t v,
+                   const struct dx_out_options *options)
+{
+    const float *q = mesh->normal + 3 * v;
+    const double *m = options->pose;
+
+    for (int k = 0; k < 3; k++)
+        n[k] = options->world ? m[4 * k] * (double)q[0] + m[4 * k + 1] * (double)q[1] +
+                                    m[4 * k + 2] * (double)q[2]
+                              : (double)q[k];
+}

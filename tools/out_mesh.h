@@ -14,7 +14,7 @@
 
 struct dx_out_options {
     bool ascii;      /* PLY as text */
-    bool world;      /* vertices by the pose, in double where the format holds it */
+    bool world;      /* vertices and normals by the pose, in double where the format holds it */
     double pose[12]; /* rows of [R|t], scanner to world */
 };
 
@@ -32,8 +32,10 @@ const struct dx_mesh_writer *dx_mesh_writer_for(const char *path, struct dx_err 
 int dx_out_mesh(const char *path, const struct dx_mesh *mesh, const struct dx_out_options *options,
                 struct dx_err *err);
 
-/* A vertex as it is written: the scanner's own, or by the pose. */
+/* A vertex, or its normal, as it is written: the scanner's own, or by the pose. */
 void dx_out_vertex(double p[3], const struct dx_mesh *mesh, size_t v,
+                   const struct dx_out_options *options);
+void dx_out_normal(double n[3], const struct dx_mesh *mesh, size_t v,
                    const struct dx_out_options *options);
 
 #endif

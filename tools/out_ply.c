@@ -30,6 +30,8 @@ static void put_header(FILE *f, const struct dx_mesh *mesh, const struct dx_out_
             options->world ? "world" : "scanner");
     fprintf(f, "element vertex %u\nproperty %s x\nproperty %s y\nproperty %s z\n", mesh->n_vertices,
             real, real, real);
+    if (mesh->normal)
+        fprintf(f, "property float nx\nproperty float ny\nproperty float nz\n");
     if (mesh->attr_bytes)
         fprintf(f,
                 "property %s intensity\nproperty uchar red\nproperty uchar green\n"
@@ -47,6 +49,10 @@ static void put_text(FILE *f, const struct dx_mesh *mesh, const struct dx_out_op
     for (size_t v = 0; v < mesh->n_vertices; v++) {
         dx_out_vertex(p, mesh, v, options);
         fprintf(f, options->world ? "%.17g %.17g %.17g" : "%.9g %.9g %.9g", p[0], p[1], p[2]);
+        if (mesh->normal) {
+            dx_out_normal(p, mesh, v, options);
+            fprintf(f, " %.9g %.9g %.9g", p[0], p[1], p[2]);
+        }
         if (mesh->attr_bytes) {
             unsigned grey = grey_of(mesh->attr[v], mesh->attr_bytes, largest);
 
@@ -62,7 +68,7 @@ static void put_text(FILE *f, const struct dx_mesh *mesh, const struct dx_out_op
 static void put_binary(FILE *f, const struct dx_mesh *mesh, const struct dx_out_options *options,
                        uint16_t largest)
 {
-    uint8_t record[3 * 8 + 2 + 3];
+    uint8_t record[3 * 8 + 3 * 4 + 2 + 3];
     double p[3];
 
     for (size_t v = 0; v < mesh->n_vertices; v++) {
@@ -75,6 +81,10 @@ static void put_binary(FILE *f, const struct dx_mesh *mesh, const struct dx_out_
             else
                 dx_write_f32(&w, (float)p[k]);
         }
+        if (mesh->normal)
+            dx_out_normal(p, mesh, v, options);
+        for (int k = 0; mesh->normal && k < 3; k++)
+            dx_write_f32(&w, (float)p[k]);
         if (mesh->attr_bytes == 1)
             dx_write_u8(&w, (uint8_t)mesh->attr[v]);
         if (mesh->attr_bytes == 2)

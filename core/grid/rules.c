@@ -21,7 +21,5 @@ bool dx_rules_any(const struct dx_tile *tile)
 
     for (uint32_t k = 0; k < sizeof(tile->code); k++)
         any |= tile->code[k];
-    for (uint32_t k = 0; k < sizeof(tile->strut); k++)
-        any |= tile->strut[k];
-    return any != 0;
+    return any || dx_tile_next_strut(tile, 0) < DX_BLOCK_DEXELS;
 }

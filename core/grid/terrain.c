@@ -271,20 +271,45 @@ static void gather_run(const struct dx_plane *p, size_t k, uint32_t n, uint32_t 
             attr[j] = ((const uint8_t *)p->attr)[k + j];
 }
 
-/* The samples under a tile's own cells, in block order. */
-static void gather(const struct dx_terrain *t, struct dx_tile *tile)
+/* One block row of a tile whose first block column is column `col` of the grid (-1: the one before
+ * it), which is the grid's row `row`. */
+static void gather_row(const struct dx_terrain *t, uint32_t row, int64_t col, uint32_t *range,
+                       uint16_t *attr)
 {
     const struct dx_plane *p = &t->published;
-    uint32_t col = (uint32_t)tile->col * DX_TILE_CELLS, n = (uint32_t)tile->cell_cols + 1;
-    uint32_t first = n < p->width - col ? n : p->width - col;
+    uint32_t j = !t->tiling.wrap && col < 0, n;
 
-    for (uint32_t i = 0; i <= tile->cell_rows; i++) {
-        size_t row = ((size_t)tile->row * DX_TILE_CELLS + i) * p->width;
-        size_t at = (size_t)(i + 1) * DX_BLOCK + 1;
+    if (j)
+        range[0] = attr[0] = 0;
+    for (; j < DX_BLOCK; j += n) {
+        uint32_t at =
+            (uint32_t)((col + j + p->width) % p->width); /* past the seam: from column 0 */
 
-        gather_run(p, row + col, first, tile->range + at, tile->attr + at);
-        if (first < n) /* past the seam */
-            gather_run(p, row, n - first, tile->range + at + first, tile->attr + at + first);
+        if (!t->tiling.wrap && col + j >= p->width)
+            break;
+        n = DX_BLOCK - j < p->width - at ? DX_BLOCK - j : p->width - at;
+        gather_run(p, (size_t)row * p->width + at, n, range + j, attr + j);
+    }
+    memset(range + j, 0, (DX_BLOCK - j) * sizeof(*range));
+    memset(attr + j, 0, (DX_BLOCK - j) * sizeof(*attr));
+}
+
+/* The samples of a tile's block: struts use dexels beside its own cells. 0 outside the grid. */
+static void gather(const struct dx_terrain *t, struct dx_tile *tile)
+{
+    int64_t row = (int64_t)tile->row * DX_TILE_CELLS - 1;
+    int64_t col = (int64_t)tile->col * DX_TILE_CELLS - 1;
+
+    for (uint32_t i = 0; i < DX_BLOCK; i++, row++) {
+        uint32_t *range = tile->range + (size_t)i * DX_BLOCK;
+        uint16_t *attr = tile->attr + (size_t)i * DX_BLOCK;
+
+        if (row >= 0 && row < t->published.height) {
+            gather_row(t, (uint32_t)row, col, range, attr);
+        } else {
+            memset(range, 0, DX_BLOCK * sizeof(*range));
+            memset(attr, 0, DX_BLOCK * sizeof(*attr));
+        }
     }
 }
 

@@ -1,9 +1,8 @@
 /*
- * From the cells of a tile to its mesh: which dexels are vertices, their ranks, their points, and
- * the triangles. Shared by the daemon's encoders and the client's decoders, so that both get the
- * same bits.
+ * From the codes of a tile to its triangles, and the hash of what it says. Shared by the daemon's
+ * encoders and the client's decoders, so that both get the same bits.
  */
-#include "core/grid/tile.h"
+#include "core/grid/tile_used.h"
 
 #include "core/base/bytes.h"
 #include "core/base/hash.h"
@@ -19,68 +18,13 @@ void dx_tiling_init(struct dx_tiling *t, uint32_t height, uint32_t width, bool w
     t->cols = (t->cell_cols + DX_TILE_CELLS - 1) / DX_TILE_CELLS;
 }
 
-/* One byte for each block dexel: 1 where a cell uses it. */
-struct used {
-    uint8_t at[DX_BLOCK_DEXELS + 7]; /* zero padding for the packing by eights */
-};
-
-static void mark_used(const struct dx_tile *tile, struct used *used)
-{
-    memset(used, 0, sizeof(*used));
-    for (uint32_t i = 0; i < tile->cell_rows; i++) {
-        const uint8_t *code = tile->code + (size_t)i * DX_TILE_CELLS;
-        uint8_t *top = used->at + (size_t)(i + 1) * DX_BLOCK + 1, *bottom = top + DX_BLOCK;
-        uint8_t a[DX_TILE_CELLS], b[DX_TILE_CELLS], c[DX_TILE_CELLS], d[DX_TILE_CELLS];
-
-        /* each corner is spared by exactly one outcome beside "none" */
-        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
-            uint8_t some = code[j] != DX_CELL_NONE;
-
-            a[j] = some & (code[j] != DX_CELL_BCD);
-            b[j] = some & (code[j] != DX_CELL_ACD);
-            c[j] = some & (code[j] != DX_CELL_ABD);
-            d[j] = some & (code[j] != DX_CELL_ABC);
-        }
-        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
-            top[j] |= a[j];
-            bottom[j] |= d[j];
-        }
-        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
-            top[j + 1] |= b[j];
-            bottom[j + 1] |= c[j];
-        }
-    }
-}
-
-static void pack_mask(const struct used *used, uint8_t mask[DX_MASK_BYTES])
-{
-    for (uint32_t k = 0; k < DX_MASK_BYTES; k++) {
-        const uint8_t *u = used->at + 8 * (size_t)k;
-
-        mask[k] = (uint8_t)(u[0] | u[1] << 1 | u[2] << 2 | u[3] << 3 | u[4] << 4 | u[5] << 5 |
-                            u[6] << 6 | u[7] << 7);
-    }
-}
-
-/* rank[k] = used dexels before k; returns their number. */
-static uint32_t rank_used(const struct used *used, uint16_t rank[DX_BLOCK_DEXELS])
-{
-    uint32_t n = 0;
-
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
-        rank[k] = (uint16_t)n;
-        n += used->at[k];
-    }
-    return n;
-}
-
 uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
 {
-    struct used used;
+    struct dx_used used;
     uint32_t n = 0;
 
-    mark_used(tile, &used);
-    pack_mask(&used, mask);
+    dx_used_mark(&used, tile);
+    dx_used_pack(&used, mask);
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
         n += used.at[k];
     return n;
@@ -144,8 +88,27 @@ static inline __attribute__((always_inline)) uint16_t *emit_row(uint16_t *out, c
     return out;
 }
 
-static uint32_t emit_indices(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS],
-                             bool flip, uint16_t *index)
+static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile,
+                             const uint16_t rank[DX_BLOCK_DEXELS], bool flip)
+{
+    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
+         k = dx_tile_next_strut(tile, k + 1)) {
+        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+        unsigned n = dx_strut_triangles(triangle, tile->strut[k]);
+
+        for (unsigned t = 0; t < n; t++) {
+            const struct dx_strut_corner *p = triangle[t];
+
+            *out++ = rank[dx_tile_strut_corner(k, p[0])];
+            *out++ = rank[dx_tile_strut_corner(k, p[flip ? 2 : 1])];
+            *out++ = rank[dx_tile_strut_corner(k, p[flip ? 1 : 2])];
+        }
+    }
+    return out;
+}
+
+uint32_t dx_tile_emit(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS], bool flip,
+                      uint16_t *index)
 {
     uint16_t *out = index;
 
@@ -158,123 +121,43 @@ static uint32_t emit_indices(const struct dx_tile *tile, const uint16_t rank[DX_
         else
             out = emit_row(out, code, tile->cell_cols, top, bottom, false);
     }
+    out = emit_struts(out, tile, rank, flip);
     return (uint32_t)(out - index) / 3;
 }
 
-uint32_t dx_tile_indices(const struct dx_tile *tile, const uint8_t mask[DX_MASK_BYTES], bool flip,
-                         uint16_t *index)
+static uint64_t hash_samples(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
 {
-    uint16_t rank[DX_BLOCK_DEXELS];
-    struct used used;
+    uint32_t range[DX_BLOCK_DEXELS];
+    uint16_t sample[DX_BLOCK_DEXELS];
 
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        used.at[k] = mask[k / 8] >> (k % 8) & 1;
-    rank_used(&used, rank);
-    return emit_indices(tile, rank, flip, index);
-}
-
-/* The block's columns in the grid, and for a spinning geometry its table of them. */
-struct columns {
-    uint32_t at[DX_BLOCK];
-    float c[DX_BLOCK], s[DX_BLOCK];
-};
-
-static void find_columns(struct columns *col, const struct dx_tile *tile,
-                         const struct dx_tiling *tiling, const struct dx_geometry *g)
-{
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        col->at[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
-        if (g->model == DX_MODEL_SPINNING) {
-            col->c[j] = g->table[2 * (size_t)col->at[j]];
-            col->s[j] = g->table[2 * (size_t)col->at[j] + 1];
-        }
-    }
-}
-
-/* The points of one block row, stored one after the other: each is written, and kept if used. The
- * operations are those of dx_geometry_point. */
-static float *spin_row(float *restrict out, const float d[6], float unit_m,
-                       const struct columns *col, const uint32_t range[DX_BLOCK],
-                       const uint8_t used[DX_BLOCK])
-{
-    float x[DX_BLOCK], y[DX_BLOCK], z[DX_BLOCK];
-
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        float r = (float)range[j] * unit_m;
-        float u = d[3] + r * d[0], v = d[4] + r * d[1];
-
-        x[j] = u * col->c[j] - v * col->s[j];
-        y[j] = u * col->s[j] + v * col->c[j];
-        z[j] = d[5] + r * d[2];
-    }
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        out[0] = x[j];
-        out[1] = y[j];
-        out[2] = z[j];
-        out += 3 * used[j];
-    }
-    return out;
-}
-
-static float *row_points(float *out, const struct dx_geometry *g, uint32_t row,
-                         const struct columns *col, const uint32_t range[DX_BLOCK],
-                         const uint8_t used[DX_BLOCK])
-{
-    if (g->model == DX_MODEL_SPINNING)
-        return spin_row(out, g->table + 2 * (size_t)g->width + 6 * (size_t)row, g->unit_m, col,
-                        range, used);
-    for (uint32_t j = 0; j < DX_BLOCK; j++)
-        if (used[j]) {
-            dx_geometry_point(g, row, col->at[j], range[j], out);
-            out += 3;
-        }
-    return out;
-}
-
-void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
-                        const struct dx_tiling *tiling, const struct dx_geometry *g)
-{
-    uint16_t rank[DX_BLOCK_DEXELS];
-    struct columns col;
-    struct used used;
-    float *xyz = mesh->xyz;
-
-    mesh->row = tile->row;
-    mesh->col = tile->col;
-    mesh->attr_bytes = tile->attr_bytes;
-    mark_used(tile, &used);
-    pack_mask(&used, mesh->mask);
-    mesh->n_vertices = rank_used(&used, rank);
-    mesh->n_triangles = emit_indices(tile, rank, g->flip, mesh->index);
-
-    find_columns(&col, tile, tiling, g);
-    for (uint32_t i = 1; i <= (uint32_t)tile->cell_rows + 1; i++)
-        xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, &col,
-                         tile->range + (size_t)i * DX_BLOCK, used.at + (size_t)i * DX_BLOCK);
-    if (tile->attr_bytes)
+        range[k] = tile->range[k] & -(uint32_t)used->at[k];
+    h = dx_hash(h, range, sizeof(range));
+    if (tile->attr_bytes) {
         for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-            if (used.at[k])
-                mesh->attr[rank[k]] = tile->attr[k];
+            sample[k] = (uint16_t)(tile->attr[k] & -used->at[k]);
+        h = dx_hash(h, sample, sizeof(sample));
+    }
+    if (tile->has_normals) {
+        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+            sample[k] =
+                (uint16_t)(((uint8_t)tile->normal[2 * k] | (uint8_t)tile->normal[2 * k + 1] << 8) &
+                           -used->at[k]);
+        h = dx_hash(h, sample, sizeof(sample));
+    }
+    return h;
 }
 
 uint64_t dx_tile_hash(const struct dx_tile *tile)
 {
     static const uint64_t seed =
         0x7465727261696e; /* so that no tile with triangles hashes to 0 by design */
-    uint16_t attr[DX_BLOCK_DEXELS];
-    uint32_t range[DX_BLOCK_DEXELS];
-    struct used used;
+    struct dx_used used;
     uint64_t h;
 
-    mark_used(tile, &used);
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        range[k] = tile->range[k] & -(uint32_t)used.at[k];
+    dx_used_mark(&used, tile);
     h = dx_hash(seed, tile->code, sizeof(tile->code));
-    h = dx_hash(h, range, sizeof(range));
-    if (tile->attr_bytes) {
-        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-            attr[k] = (uint16_t)(tile->attr[k] & -used.at[k]);
-        h = dx_hash(h, attr, sizeof(attr));
-    }
-    return h | 1; /* 0 is kept for tiles without triangles */
+    if (dx_tile_next_strut(tile, 0) < DX_BLOCK_DEXELS) /* most tiles have none: nothing to pay */
+        h = dx_hash(h, tile->strut, sizeof(tile->strut));
+    return hash_samples(h, tile, &used) | 1; /* 0 is kept for tiles without triangles */
 }

@@ -11,6 +11,8 @@
 #include "core/grid/geometry.h"
 #include "core/grid/strut.h"
 
+#include <string.h>
+
 #define DX_TILE_CELLS        64
 #define DX_BLOCK             67
 #define DX_BLOCK_DEXELS      (DX_BLOCK * DX_BLOCK)
@@ -55,6 +57,8 @@ struct dx_tile {
     uint8_t strut[DX_BLOCK_DEXELS];  /* code (strut.h) at the missing dexel that owns it; 0 none */
     uint32_t range[DX_BLOCK_DEXELS]; /* block order; only used dexels matter */
     uint16_t attr[DX_BLOCK_DEXELS];
+    bool has_normals;
+    int8_t normal[2 * DX_BLOCK_DEXELS]; /* octahedral.h; block order */
 };
 
 /* The mesh of one tile: what a subscriber sees. */
@@ -65,18 +69,39 @@ struct dx_tile_mesh {
     uint8_t mask[DX_MASK_BYTES];         /* bit k of byte k/8: block dexel k is a vertex */
     float xyz[3 * DX_TILE_MAX_VERTICES]; /* scanner frame, metres, in rank order */
     uint16_t attr[DX_TILE_MAX_VERTICES];
+    bool has_normals;
+    int8_t normal[2 * DX_TILE_MAX_VERTICES];       /* octahedral.h; rank order */
     uint16_t index[3 * DX_TILE_MAX_TRIANGLES + 8]; /* ranks; 8 of slack for branch-free emission */
 };
 
-/* Which block dexels the cells use, as the mask of struct dx_tile_mesh; returns how many. */
+/* Owner of the first strut from block dexel k on; DX_BLOCK_DEXELS: there is none. Looks at eight
+ * codes at a time: most tiles have no strut. */
+static inline uint32_t dx_tile_next_strut(const struct dx_tile *tile, uint32_t k)
+{
+    for (; k + 8 <= DX_BLOCK_DEXELS; k += 8) {
+        uint64_t codes;
+
+        memcpy(&codes, tile->strut + k, sizeof(codes));
+        if (codes)
+            break;
+    }
+    while (k < DX_BLOCK_DEXELS && tile->strut[k] == 0)
+        k++;
+    return k;
+}
+
+/* Block dexel of a corner of the strut that block dexel k owns; it is inside the block. */
+static inline uint32_t dx_tile_strut_corner(uint32_t k, struct dx_strut_corner c)
+{
+    return (uint32_t)((int32_t)k + c.row * DX_BLOCK + c.col);
+}
+
+/* Which block dexels the cells and struts use, as the mask of struct dx_tile_mesh; returns how
+ * many. */
 uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES]);
 
-/* Triangles of the cells, as ranks under `mask` (from dx_tile_mask); returns how many. Oriented to
- * face the scanner (`flip` is the geometry's). `index` has the room of struct dx_tile_mesh. */
-uint32_t dx_tile_indices(const struct dx_tile *tile, const uint8_t mask[DX_MASK_BYTES], bool flip,
-                         uint16_t *index);
-
-/* The whole mesh of a tile: mask, vertices under the geometry, attributes, triangles. */
+/* The whole mesh of a tile: mask, vertices under the geometry, attributes, normals, triangles:
+ * of the cells row by row, then of the struts in block order of their owners. */
 void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                         const struct dx_tiling *tiling, const struct dx_geometry *g);
 
@@ -90,8 +115,9 @@ static inline uint64_t dx_tile_vertex_id(const struct dx_tiling *t, uint32_t til
     return row * t->width + col % t->width;
 }
 
-/* Hash of what the tile's chunk says (codes, ranges and attributes of used dexels), whatever the
- * encoding; equal hashes are taken for equal content. 0 only for a tile without triangles. */
+/* Hash of what the tile's chunk says (codes of cells and struts; ranges, attributes and normals of
+ * used dexels), whatever the encoding; equal hashes are taken for equal content. 0 only for a tile
+ * without triangles. */
 uint64_t dx_tile_hash(const struct dx_tile *tile);
 
 #endif

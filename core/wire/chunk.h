@@ -1,13 +1,19 @@
 /*
  * Chunks: the body of a TILE message, in one of the encodings. An encoder writes into the caller's
  * memory, a decoder checks every length and every index before use. Pure functions on bytes; any
- * thread.
+ * thread. docs/protocol.md specifies the bytes; in short:
  *
- * Body: u16 tile_row | u16 tile_col | u8 encoding | u8 sections | u16 n_vertices | u16 n_triangles,
- * then f32: mask (DX_MASK_BYTES), n_vertices * 3 f32, n_triangles * 3 u16 q16: cell codes, three
- * bits each, row by row over the tile's own cells, LSB first; n_vertices u16 ranges in rank order.
- * The mask follows from the codes. Then the attribute section (when its bit is set): n_vertices of
- * u8 or u16. An empty tile (no triangles) is the header alone, with zero counts and sections.
+ *   u16 tile_row | u16 tile_col | u8 encoding | u8 sections | u16 n_vertices | u16 n_triangles
+ *   attribute section, when its bit is set: n_vertices of u8 or u16
+ *   f32    mask (DX_MASK_BYTES), n_vertices * 3 f32, n_triangles * 3 u16
+ *   q16    cell codes, three bits each, row by row over the tile's own cells, LSB first; struts;
+ *          n_vertices u16 ranges in rank order. The mask follows from the codes.
+ *   delta  cell codes in groups of eight; struts; ranges as residuals of a predictor
+ * (chunk_delta.h) normal section, when its bit is set: n_vertices * 2 i8
+ *
+ * One section stands before the encoding's part and one behind it, so that leaving out either or
+ * both leaves bytes that lie together: the server never copies a chunk to cut it. An empty tile (no
+ * triangles) is the header alone, with zero counts and sections.
  */
 #ifndef DX_CHUNK_H
 #define DX_CHUNK_H
@@ -15,24 +21,39 @@
 #include "core/grid/tile.h"
 #include "core/wire/wire.h"
 
-#define DX_CHUNK_HEADER_LEN 10
-#define DX_CHUNK_ATTR8      0x01u /* section bits */
-#define DX_CHUNK_ATTR16     0x02u
+#define DX_CHUNK_HEADER_LEN  10
+#define DX_CHUNK_SECTIONS_AT 5     /* where the header keeps them */
+#define DX_CHUNK_ATTR8       0x01u /* section bits */
+#define DX_CHUNK_ATTR16      0x02u
+#define DX_CHUNK_NORMALS     0x04u
 
-/* The longest chunk of an encoding (with a 16-bit attribute). */
+/* The longest chunk of an encoding (with a 16-bit attribute and normals). */
 size_t dx_chunk_max_len(enum dx_encoding encoding);
 
 /* Encodes a tile into `out` (of dx_chunk_max_len) and returns the length. f32 takes `mesh` (built
- * from `tile` by the caller, so that it can be shared); q16 takes the tile alone and needs 16-bit
- * ranges. */
+ * from `tile` by the caller, so that it can be shared); the others take the tile alone. q16 needs
+ * 16-bit ranges. */
 size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh);
 size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile);
+size_t dx_chunk_put_delta(uint8_t *out, const struct dx_tile *tile);
 size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile_row,
                           uint32_t tile_col);
+
+/* A chunk without the sections that are not wanted: `head` in place of its header, then `len` bytes
+ * from `skip` on. */
+struct dx_chunk_cut {
+    uint8_t head[DX_CHUNK_HEADER_LEN];
+    uint32_t skip, len;
+};
+
+/* `header` is the first DX_CHUNK_HEADER_LEN bytes of a chunk of `len` bytes that an encoder made;
+ * `keep` section bits. */
+void dx_chunk_cut(struct dx_chunk_cut *cut, const uint8_t *header, uint32_t len, uint8_t keep);
 
 struct dx_chunk_header {
     uint16_t row, col; /* of the tile */
     uint8_t encoding, attr_bytes;
+    bool has_normals;
     uint16_t n_vertices, n_triangles; /* both 0: an empty tile */
 };
 
@@ -42,10 +63,11 @@ int dx_chunk_get_header(struct dx_chunk_header *h, const uint8_t *body, size_t l
                         const struct dx_tiling *tiling);
 
 /*
- * Decodes any chunk into a mesh. `g` gives q16 its points (NULL for f32) and `tiling` bounds the
- * tile. 0, or -EBADMSG: what dx_chunk_get_header refuses, bad length, a count that does not match
- * the mask or the codes, an index out of range, a code above 6, a range of 0 at a used dexel, a bit
- * outside the tile (the mask may name the corners of the tile's own cells only).
+ * Decodes any chunk into a mesh. `g` gives q16 and delta their points (NULL for f32) and `tiling`
+ * bounds the tile. 0, or -EBADMSG: what dx_chunk_get_header refuses, bad length, a count that does
+ * not match the mask or the codes, an index out of range, a cell code above 6, a strut code that
+ * dx_strut_decode refuses, a strut's owner or corner or a bit of the mask outside the block or the
+ * grid, a range of 0 at a used dexel, a normal's coordinate of -128.
  */
 int dx_chunk_get(struct dx_tile_mesh *mesh, const uint8_t *body, size_t len,
                  const struct dx_tiling *tiling, const struct dx_geometry *g);

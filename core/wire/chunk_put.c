@@ -2,18 +2,33 @@
  * Chunk encoders: the last step of the frame path before the socket, called by pool threads on
  * memory of the feed's arena. Pure functions.
  */
-#include "core/wire/chunk.h"
+#include "core/wire/bits.h"
+#include "core/wire/chunk_parts.h"
 
-static const uint8_t sections_of[3] = {0, DX_CHUNK_ATTR8, DX_CHUNK_ATTR16};
+static const uint8_t attr_section[3] = {0, DX_CHUNK_ATTR8, DX_CHUNK_ATTR16};
+
+/* Longest parts; DX_CHUNK_STRUTS_MAX says why struts and ranges add up so. */
+static size_t longest_part(enum dx_encoding encoding)
+{
+    const size_t groups = DX_TILE_CELLS * DX_TILE_CELLS / 8;
+    const size_t blocks = (DX_TILE_MAX_VERTICES + 31) / 32;
+
+    switch (encoding) {
+    case DX_ENCODING_F32:
+        return DX_MASK_BYTES + 12 * DX_TILE_MAX_VERTICES + 6 * DX_TILE_MAX_TRIANGLES;
+    case DX_ENCODING_Q16: /* three bits a cell */
+        return 3 * groups + DX_CHUNK_STRUTS_MAX + 2 * DX_TILE_MAX_VERTICES;
+    default: /* three bits more a group; 32 bits a residual, and up to 65 more a block */
+        return (27 * groups + 7) / 8 + DX_CHUNK_STRUTS_MAX + 5 + 4 * DX_TILE_MAX_VERTICES +
+               (65 * blocks + 7) / 8;
+    }
+}
 
 size_t dx_chunk_max_len(enum dx_encoding encoding)
 {
-    const size_t codes = (3 * DX_TILE_CELLS * DX_TILE_CELLS + 7) / 8;
-    const size_t f32 = DX_MASK_BYTES + 12 * DX_TILE_MAX_VERTICES + 6 * DX_TILE_MAX_TRIANGLES;
-    const size_t q16 = codes + 2 * DX_TILE_MAX_VERTICES;
+    const size_t attr = 2 * DX_TILE_MAX_VERTICES, normals = 2 * DX_TILE_MAX_VERTICES;
 
-    return DX_CHUNK_HEADER_LEN + (encoding == DX_ENCODING_F32 ? f32 : q16) +
-           2 * DX_TILE_MAX_VERTICES;
+    return DX_CHUNK_HEADER_LEN + attr + longest_part(encoding) + normals;
 }
 
 static uint8_t *put_header(uint8_t *out, const struct dx_chunk_header *h)
@@ -21,7 +36,8 @@ static uint8_t *put_header(uint8_t *out, const struct dx_chunk_header *h)
     dx_put_u16(out, h->row);
     dx_put_u16(out + 2, h->col);
     out[4] = h->encoding;
-    out[5] = sections_of[h->attr_bytes];
+    out[DX_CHUNK_SECTIONS_AT] =
+        (uint8_t)(attr_section[h->attr_bytes] | (h->has_normals ? DX_CHUNK_NORMALS : 0));
     dx_put_u16(out + 6, h->n_vertices);
     dx_put_u16(out + 8, h->n_triangles);
     return out + DX_CHUNK_HEADER_LEN;
@@ -36,11 +52,28 @@ size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile
     return (size_t)(put_header(out, &h) - out);
 }
 
-static uint8_t *put_attr8(uint8_t *p, const uint16_t *attr, size_t n)
+void dx_chunk_cut(struct dx_chunk_cut *cut, const uint8_t *header, uint32_t len, uint8_t keep)
 {
-    for (size_t i = 0; i < n; i++)
+    const uint8_t drop = header[DX_CHUNK_SECTIONS_AT] & (uint8_t)~keep;
+    const uint32_t n = dx_get_u16(header + 6);
+
+    memcpy(cut->head, header, DX_CHUNK_HEADER_LEN);
+    cut->head[DX_CHUNK_SECTIONS_AT] &= keep;
+    cut->skip = DX_CHUNK_HEADER_LEN;
+    if (drop & (DX_CHUNK_ATTR8 | DX_CHUNK_ATTR16))
+        cut->skip += drop & DX_CHUNK_ATTR16 ? 2 * n : n;
+    cut->len = len - cut->skip - (drop & DX_CHUNK_NORMALS ? 2 * n : 0);
+}
+
+/* ---- f32 ------------------------------------------------------------------------------------ */
+
+static uint8_t *put_attrs(uint8_t *p, const uint16_t *attr, size_t n, uint8_t attr_bytes)
+{
+    if (attr_bytes == 2)
+        dx_put_u16s(p, attr, n);
+    for (size_t i = 0; attr_bytes == 1 && i < n; i++)
         p[i] = (uint8_t)attr[i];
-    return p + n;
+    return p + n * attr_bytes;
 }
 
 size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
@@ -49,6 +82,7 @@ size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
                                       .col = mesh->col,
                                       .encoding = DX_ENCODING_F32,
                                       .attr_bytes = mesh->attr_bytes,
+                                      .has_normals = mesh->has_normals,
                                       .n_vertices = (uint16_t)mesh->n_vertices,
                                       .n_triangles = (uint16_t)mesh->n_triangles};
     const size_t n = mesh->n_vertices;
@@ -56,59 +90,25 @@ size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
 
     if (mesh->n_triangles == 0)
         return dx_chunk_put_empty(out, DX_ENCODING_F32, mesh->row, mesh->col);
-    p = put_header(out, &h);
+    p = put_attrs(put_header(out, &h), mesh->attr, n, mesh->attr_bytes);
     memcpy(p, mesh->mask, DX_MASK_BYTES);
     p += DX_MASK_BYTES;
     dx_put_f32s(p, mesh->xyz, 3 * n);
     p += 12 * n;
     dx_put_u16s(p, mesh->index, 3 * (size_t)mesh->n_triangles);
     p += 6 * (size_t)mesh->n_triangles;
-    if (mesh->attr_bytes == 1) {
-        p = put_attr8(p, mesh->attr, n);
-    } else if (mesh->attr_bytes == 2) {
-        dx_put_u16s(p, mesh->attr, n);
+    if (mesh->has_normals) {
+        memcpy(p, mesh->normal, 2 * n);
         p += 2 * n;
     }
     return (size_t)(p - out);
 }
 
-/* Least significant bits first. */
-struct bit_writer {
-    uint8_t *p;
-    uint64_t bits;
-    unsigned n;
-};
+/* ---- q16 and delta: a tile as it is --------------------------------------------------------- */
 
-static inline void put_bits(struct bit_writer *b, uint32_t v, unsigned n)
+static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
 {
-    b->bits |= (uint64_t)v << b->n;
-    for (b->n += n; b->n >= 8; b->n -= 8) {
-        *b->p++ = (uint8_t)b->bits;
-        b->bits >>= 8;
-    }
-}
-
-/* Eight codes, one a byte, to 24 bits. */
-static inline uint32_t pack8(uint64_t x)
-{
-    x = (x | x >> 5) & 0x003f003f003f003fu;
-    x = (x | x >> 10) & 0x00000fff00000fffu;
-    return (uint32_t)((x | x >> 20) & 0xffffffu);
-}
-
-/* Triangles of eight codes, one a byte: one for each code but 0, one more for 3 and 6. */
-static inline uint32_t count8(uint64_t x)
-{
-    const uint64_t ones = 0x0101010101010101u;
-    uint64_t some = (x | x >> 1 | x >> 2) & ones, two = (x >> 1) & (x ^ x >> 2) & ones;
-
-    return (uint32_t)(((some + two) * ones) >> 56);
-}
-
-static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile, uint32_t *n_triangles)
-{
-    struct bit_writer b = {out, 0, 0};
-    uint32_t n = 0;
+    struct dx_bit_writer b = {out, 0, 0};
 
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
         const uint8_t *code = tile->code + DX_TILE_CELLS * i;
@@ -116,16 +116,11 @@ static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile, uint32_t *n_
         /* The codes beyond cell_cols are 0, and the stride is a multiple of eight. */
         for (uint32_t j = 0; j < tile->cell_cols; j += 8) {
             const uint32_t left = tile->cell_cols - j;
-            const uint64_t x = dx_get_u64(code + j);
 
-            put_bits(&b, pack8(x), 3 * (left < 8 ? left : 8));
-            n += count8(x);
+            dx_put_bits(&b, dx_codes_pack8(dx_get_u64(code + j)), 3 * (left < 8 ? left : 8));
         }
     }
-    if (b.n)
-        *b.p++ = (uint8_t)b.bits;
-    *n_triangles = n;
-    return b.p;
+    return dx_end_bits(&b);
 }
 
 static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
@@ -148,9 +143,9 @@ static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const uint8_t
     return p;
 }
 
-static uint8_t *put_attrs(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
+static uint8_t *put_tile_attrs(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
 {
-    for (uint32_t byte = 0; byte < DX_MASK_BYTES; byte++) {
+    for (uint32_t byte = 0; tile->attr_bytes && byte < DX_MASK_BYTES; byte++) {
         for (uint32_t bits = mask[byte]; bits; bits &= bits - 1) {
             const uint16_t v = tile->attr[8 * byte + (uint32_t)__builtin_ctz(bits)];
 
@@ -162,23 +157,66 @@ static uint8_t *put_attrs(uint8_t *p, const struct dx_tile *tile, const uint8_t 
     return p;
 }
 
-size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile)
+static uint8_t *put_tile_normals(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
+{
+    for (uint32_t byte = 0; tile->has_normals && byte < DX_MASK_BYTES; byte++) {
+        for (uint32_t bits = mask[byte]; bits; bits &= bits - 1) {
+            memcpy(p, tile->normal + 2 * (8 * byte + (uint32_t)__builtin_ctz(bits)), 2);
+            p += 2;
+        }
+    }
+    return p;
+}
+
+static uint32_t count_triangles(const struct dx_tile *tile)
+{
+    uint32_t n = 0;
+
+    for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8)
+        n += dx_codes_count8(dx_get_u64(tile->code + k));
+    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
+         k = dx_tile_next_strut(tile, k + 1)) {
+        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+
+        n += dx_strut_triangles(triangle, tile->strut[k]);
+    }
+    return n;
+}
+
+static size_t put_tile(uint8_t *out, const struct dx_tile *tile, enum dx_encoding encoding)
 {
     struct dx_chunk_header h = {.row = tile->row,
                                 .col = tile->col,
-                                .encoding = DX_ENCODING_Q16,
-                                .attr_bytes = tile->attr_bytes};
-    uint8_t mask[DX_MASK_BYTES];
-    uint32_t n_triangles;
-    uint8_t *p = put_codes(out + DX_CHUNK_HEADER_LEN, tile, &n_triangles);
+                                .encoding = (uint8_t)encoding,
+                                .attr_bytes = tile->attr_bytes,
+                                .has_normals = tile->has_normals,
+                                .n_triangles = (uint16_t)count_triangles(tile)};
+    uint8_t mask[DX_MASK_BYTES], *p;
+    struct dx_used used;
 
-    if (n_triangles == 0)
-        return dx_chunk_put_empty(out, DX_ENCODING_Q16, tile->row, tile->col);
-    h.n_vertices = (uint16_t)dx_tile_mask(tile, mask);
-    h.n_triangles = (uint16_t)n_triangles;
-    put_header(out, &h);
-    p = put_ranges(p, tile, mask);
-    if (tile->attr_bytes)
-        p = put_attrs(p, tile, mask);
-    return (size_t)(p - out);
+    if (h.n_triangles == 0)
+        return dx_chunk_put_empty(out, encoding, tile->row, tile->col);
+    dx_used_mark(&used, tile);
+    dx_used_pack(&used, mask);
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        h.n_vertices = (uint16_t)(h.n_vertices + used.at[k]);
+    p = put_tile_attrs(put_header(out, &h), tile, mask);
+    if (encoding == DX_ENCODING_Q16) {
+        p = dx_chunk_put_struts(put_codes(p, tile), tile);
+        p = put_ranges(p, tile, mask);
+    } else {
+        p = dx_chunk_put_struts(dx_delta_put_codes(p, tile), tile);
+        p = dx_delta_put_ranges(p, tile, &used);
+    }
+    return (size_t)(put_tile_normals(p, tile, mask) - out);
+}
+
+size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile)
+{
+    return put_tile(out, tile, DX_ENCODING_Q16);
+}
+
+size_t dx_chunk_put_delta(uint8_t *out, const struct dx_tile *tile)
+{
+    return put_tile(out, tile, DX_ENCODING_DELTA);
 }

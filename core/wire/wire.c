@@ -142,7 +142,7 @@ void dx_msg_subscribe_put(struct dx_writer *w, const struct dx_msg_subscribe *m)
 {
     dx_write_u8(w, m->encoding);
     dx_write_u8(w, m->mode);
-    dx_write_u8(w, m->want_attr);
+    dx_write_u8(w, m->want);
     dx_write_u8(w, 0);
     dx_write_u32(w, m->min_interval_ms);
     dx_write_u16(w, m->tile_row0);
@@ -158,7 +158,7 @@ int dx_msg_subscribe_get(struct dx_msg_subscribe *m, const uint8_t *body, size_t
 
     m->encoding = dx_read_u8(&r);
     m->mode = dx_read_u8(&r);
-    m->want_attr = dx_read_u8(&r);
+    m->want = dx_read_u8(&r);
     dx_read_u8(&r);
     m->min_interval_ms = dx_read_u32(&r);
     m->tile_row0 = dx_read_u16(&r);
@@ -167,13 +167,14 @@ int dx_msg_subscribe_get(struct dx_msg_subscribe *m, const uint8_t *body, size_t
     m->n_tile_cols = dx_read_u16(&r);
     get_name(&r, m->stream);
     return end(&r, m->encoding < DX_N_ENCODINGS && m->mode <= DX_MODE_LOSSLESS &&
-                       m->want_attr <= 1 && !m->n_tile_rows == !m->n_tile_cols);
+                       m->want <= (DX_WANT_ATTR | DX_WANT_NORMALS) &&
+                       !m->n_tile_rows == !m->n_tile_cols);
 }
 
 void dx_msg_subscribed_put(struct dx_writer *w, const struct dx_msg_subscribed *m)
 {
     const uint8_t bytes[12] = {m->encoding, m->mode,        m->attr_bytes, m->model, m->wrap,
-                               m->flip,     m->range_bytes, m->diag,       m->paper};
+                               m->flip,     m->range_bytes, m->diag,       m->paper, m->normals};
 
     dx_write_bytes(w, bytes, sizeof(bytes));
     dx_write_u32(w, m->height);
@@ -204,9 +205,9 @@ static bool subscribed_sizes_ok(const struct dx_msg_subscribed *m)
     dx_tiling_init(&tiling, m->height, m->width, m->wrap);
     if (tiling.rows != m->tile_rows || tiling.cols != m->tile_cols)
         return false;
-    if (m->encoding == DX_ENCODING_Q16)
-        return m->range_bytes == 2 && m->table_bytes == n_table * sizeof(float);
-    return m->table_bytes == 0;
+    if (m->encoding == DX_ENCODING_Q16 && m->range_bytes != 2)
+        return false;
+    return m->table_bytes == (dx_encoding_has_ranges(m->encoding) ? n_table * sizeof(float) : 0);
 }
 
 static bool subscribed_numbers_ok(const struct dx_msg_subscribed *m)
@@ -225,19 +226,19 @@ static bool subscribed_ok(const struct dx_msg_subscribed *m)
 {
     return m->encoding < DX_N_ENCODINGS && m->mode <= DX_MODE_LOSSLESS && m->attr_bytes <= 2 &&
            m->model >= DX_MODEL_SPINNING && m->model <= DX_MODEL_TABLE && m->wrap <= 1 &&
-           m->flip <= 1 && (m->range_bytes == 2 || m->range_bytes == 4) && m->diag <= 1 &&
-           m->paper <= 1 && subscribed_sizes_ok(m) && subscribed_numbers_ok(m);
+           m->flip <= 1 && (m->range_bytes == 2 || m->range_bytes == 4) && m->diag <= 2 &&
+           m->paper <= 1 && m->normals <= 1 && subscribed_sizes_ok(m) && subscribed_numbers_ok(m);
 }
 
 int dx_msg_subscribed_get(struct dx_msg_subscribed *m, const uint8_t *body, size_t len)
 {
     struct dx_reader r = dx_reader_init(body, len);
-    uint8_t *bytes[9] = {&m->encoding, &m->mode,        &m->attr_bytes, &m->model, &m->wrap,
-                         &m->flip,     &m->range_bytes, &m->diag,       &m->paper};
+    uint8_t *bytes[10] = {&m->encoding, &m->mode,        &m->attr_bytes, &m->model, &m->wrap,
+                          &m->flip,     &m->range_bytes, &m->diag,       &m->paper, &m->normals};
 
-    for (int i = 0; i < 9; i++)
+    for (int i = 0; i < 10; i++)
         *bytes[i] = dx_read_u8(&r);
-    dx_read_bytes(&r, 3);
+    dx_read_bytes(&r, 2);
     m->height = dx_read_u32(&r);
     m->width = dx_read_u32(&r);
     m->tile_rows = dx_read_u16(&r);
@@ -331,7 +332,7 @@ int dx_msg_stream_state_get(struct dx_msg_stream_state *m, const uint8_t *body, 
 
 const char *dx_encoding_name(unsigned encoding)
 {
-    static const char *const names[DX_N_ENCODINGS] = {"f32", "q16"};
+    static const char *const names[DX_N_ENCODINGS] = {"f32", "q16", "delta"};
 
     return encoding < DX_N_ENCODINGS ? names[encoding] : "unknown";
 }

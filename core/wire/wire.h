@@ -11,7 +11,7 @@
 
 #define DX_WIRE_MAGIC 0x4c584544u /* "DEXL" */
 #define DX_WIRE_MAJOR 0
-#define DX_WIRE_MINOR 1
+#define DX_WIRE_MINOR 2
 
 /* u32 length (of the body) | u16 type | u16 flags | u32 stream | u32 seq | u64 epoch */
 #define DX_WIRE_HEADER_LEN      24
@@ -42,8 +42,15 @@ enum dx_message {
 enum dx_encoding {
     DX_ENCODING_F32 = 0,
     DX_ENCODING_Q16 = 1,
-    DX_N_ENCODINGS = 2,
+    DX_ENCODING_DELTA = 2,
+    DX_N_ENCODINGS = 3,
 };
+
+/* Ranges travel, and the geometry with them: the client makes the points. */
+static inline bool dx_encoding_has_ranges(unsigned encoding)
+{
+    return encoding != DX_ENCODING_F32;
+}
 
 enum dx_mode {
     DX_MODE_LIVE =
@@ -100,10 +107,13 @@ struct dx_msg_error {
     char text[DX_WIRE_TEXT];
 };
 
+#define DX_WANT_ATTR    0x1u
+#define DX_WANT_NORMALS 0x2u
+
 struct dx_msg_subscribe {
     char stream[DX_WIRE_NAME]; /* "" takes the only stream */
     uint8_t encoding, mode;
-    uint8_t want_attr; /* 1: attribute sections, where the stream has one */
+    uint8_t want; /* DX_WANT_*: sections, where the stream has them */
     uint32_t min_interval_ms;
     uint16_t tile_row0, tile_col0, n_tile_rows, n_tile_cols; /* region; 0 rows and cols = all */
 };
@@ -113,11 +123,12 @@ struct dx_msg_subscribed {
     uint8_t encoding, mode;
     uint8_t attr_bytes; /* 0: TILEs carry no attribute */
     uint8_t model, wrap, flip, range_bytes;
+    uint8_t normals; /* 1: TILEs carry normals */
     uint32_t height, width;
     uint16_t tile_rows, tile_cols;
     float unit_m;
     double pose[12];
-    uint32_t table_bytes; /* GEOMETRY follows in pieces when not 0 (q16) */
+    uint32_t table_bytes; /* GEOMETRY follows in pieces when not 0 (q16, delta) */
     double sigma[3], tilt_deg, noise_k, cap_m;
     uint8_t diag, paper;
 };
@@ -138,7 +149,9 @@ struct dx_msg_commit {
     uint32_t flags;     /* DX_COMMIT_* */
 };
 
-#define DX_COMMIT_PARTIAL 0x1u /* more columns of this frame will come */
+#define DX_COMMIT_PARTIAL   0x1u /* more columns of this frame will come */
+#define DX_COMMIT_CAP_FIRST 0x2u /* a fan over the first row belongs to the mesh */
+#define DX_COMMIT_CAP_LAST  0x4u
 
 struct dx_msg_reset {
     char reason[DX_WIRE_TEXT];
@@ -176,7 +189,7 @@ int dx_msg_reset_get(struct dx_msg_reset *m, const uint8_t *body, size_t len);
 void dx_msg_stream_state_put(struct dx_writer *w, const struct dx_msg_stream_state *m);
 int dx_msg_stream_state_get(struct dx_msg_stream_state *m, const uint8_t *body, size_t len);
 
-const char *dx_encoding_name(unsigned encoding); /* "f32", "q16" */
+const char *dx_encoding_name(unsigned encoding); /* "f32", "q16", "delta" */
 int dx_encoding_from_name(const char *name);     /* or -1 */
 const char *dx_stream_state_name(unsigned state);
 

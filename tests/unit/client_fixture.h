@@ -34,7 +34,9 @@ static inline uint64_t hash_mesh(uint64_t h, const struct dexel_tile *t)
     h = dx_hash(h, t->xyz, 12 * (size_t)t->n_vertices);
     h = dx_hash(h, t->index, 6 * (size_t)t->n_triangles);
     h = dx_hash(h, t->dexel, 4 * (size_t)t->n_vertices);
-    return t->attr ? dx_hash(h, t->attr, 2 * (size_t)t->n_vertices) : h;
+    if (t->attr)
+        h = dx_hash(h, t->attr, 2 * (size_t)t->n_vertices);
+    return t->normal ? dx_hash(h, t->normal, 12 * (size_t)t->n_vertices) : h;
 }
 
 static inline int on_stream(void *user, const struct dexel_stream *stream)

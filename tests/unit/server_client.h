@@ -98,7 +98,7 @@ static inline struct client *client_start(struct fixture *fx, const struct dx_ms
     static const struct dx_msg_subscribe plain;
     struct client *c = client_connect(fx);
 
-    client_hello(c, DX_WIRE_MAJOR, 3);
+    client_hello(c, DX_WIRE_MAJOR, (1u << DX_N_ENCODINGS) - 1);
     client_subscribe(c, m ? m : &plain);
     return c;
 }
@@ -132,15 +132,17 @@ static inline void client_on_tile(struct client *c, const struct dx_wire_header 
 {
     static __thread uint8_t expected[DX_WIRE_MAX_BODY];
     uint32_t t = dx_get_u16(c->body) * c->told.tile_cols + (uint32_t)dx_get_u16(c->body + 2);
-    uint64_t version =
-        h->length > DX_CHUNK_HEADER_LEN ? dx_get_u64(c->body + DX_CHUNK_HEADER_LEN) : 0;
-    size_t len;
+    uint8_t keep = (uint8_t)((c->asked.want & DX_WANT_ATTR ? 3u : 0) |
+                             (c->asked.want & DX_WANT_NORMALS ? DX_CHUNK_NORMALS : 0));
+    uint8_t sections = fixture_sections(c->fx) & keep;
+    size_t at = DX_CHUNK_HEADER_LEN + (sections & 3u) * (size_t)dx_get_u16(c->body + 6), len;
+    uint64_t version = h->length > DX_CHUNK_HEADER_LEN ? dx_get_u64(c->body + at) : 0;
 
     assert_true(c->in_snapshot || c->had_snapshot);
     assert_true(client_in_region(c, t));
     assert_true(c->n_tiles == 0 || c->batch_epoch == h->epoch);
     len = fixture_body(expected, version, c->asked.encoding, c->told.tile_cols, t, c->fx->body_len,
-                       c->asked.want_attr ? c->fx->attr_bytes : 0);
+                       sections);
     assert_int_equal(h->length, len);
     assert_memory_equal(c->body, expected, len);
     c->batch_epoch = h->epoch;

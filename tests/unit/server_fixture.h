@@ -46,6 +46,7 @@ struct fixture {
     bool lossless;
     uint32_t body_len; /* longest */
     uint8_t attr_bytes;
+    bool normals;
 };
 
 struct fixture_options {
@@ -55,6 +56,7 @@ struct fixture_options {
     uint32_t n_blocks; /* 0: plenty */
     uint32_t grid;
     uint8_t attr_bytes;
+    bool normals;
     bool no_mesh; /* until target moves there is no geometry */
 };
 
@@ -98,11 +100,19 @@ static inline uint64_t fixture_version(uint64_t frame, uint32_t t)
     return last == 0 || (last + t) % 5 == 0 ? 0 : 100 * last + t;
 }
 
-/* TILE body of a version: a chunk's header, the version, and bytes that follow from it. */
+/* Section bits of the chunks. */
+static inline uint8_t fixture_sections(const struct fixture *fx)
+{
+    return (uint8_t)(fx->attr_bytes | (fx->normals ? DX_CHUNK_NORMALS : 0));
+}
+
+/* TILE body of a version: a chunk's header, the version between the sections, and bytes that follow
+ * from it. */
 static inline size_t fixture_body(uint8_t *body, uint64_t version, unsigned encoding, uint32_t cols,
-                                  uint32_t tile, uint32_t max_len, uint8_t attr_bytes)
+                                  uint32_t tile, uint32_t max_len, uint8_t sections)
 {
     uint16_t n = (uint16_t)(version ? 1 + dx_hash_u64(9, version) % max_len : 0);
+    uint8_t *p = body + DX_CHUNK_HEADER_LEN;
 
     memset(body, 0, DX_CHUNK_HEADER_LEN);
     dx_put_u16(body, (uint16_t)(tile / cols));
@@ -110,15 +120,18 @@ static inline size_t fixture_body(uint8_t *body, uint64_t version, unsigned enco
     body[4] = (uint8_t)encoding;
     if (!version)
         return DX_CHUNK_HEADER_LEN;
-    body[5] = attr_bytes;
+    body[DX_CHUNK_SECTIONS_AT] = sections;
     dx_put_u16(body + 6, n);
     dx_put_u16(body + 8, 1);
-    body += DX_CHUNK_HEADER_LEN;
-    dx_put_u64(body, version);
+    for (uint32_t k = 0; k < n * (sections & 3u); k++)
+        *p++ = (uint8_t)(version * 7 + k);
+    dx_put_u64(p, version);
+    p += 8;
     for (uint32_t k = 0; k < n; k++)
-        body[8 + k] = (uint8_t)(version * 31 + k + encoding);
-    memset(body + 8 + n, 0xaa, (size_t)attr_bytes * n);
-    return DX_CHUNK_HEADER_LEN + 8 + n + (size_t)attr_bytes * n;
+        *p++ = (uint8_t)(version * 31 + k + encoding);
+    for (uint32_t k = 0; sections & DX_CHUNK_NORMALS && k < 2u * n; k++)
+        *p++ = (uint8_t)(version * 13 + k);
+    return (size_t)(p - body);
 }
 
 /* ---- the mesher
@@ -148,7 +161,7 @@ static inline bool mesher_add(struct mesher *m, uint64_t frame, const uint32_t *
             continue;
         if (!dx_feed_add(fx->feed, t, (enum dx_encoding)e, body,
                          fixture_body(body, version, e, fixture_grid(m->grid)->cols, t,
-                                      fx->body_len, fx->attr_bytes)))
+                                      fx->body_len, fixture_sections(fx))))
             return false;
     }
     return true;
@@ -191,6 +204,7 @@ static inline void mesher_announce(struct mesher *m)
     m->announced = true;
     g = fixture_geometry(m->grid);
     dx_terrain_params_default(&params);
+    params.normals = m->fx->normals;
     dx_feed_reset(m->fx->feed, g, &params, m->fx->attr_bytes, "another geometry");
     dx_geometry_unref(g);
     memset(m->served, 0, sizeof(m->served));
@@ -267,6 +281,7 @@ static inline struct fixture *fixture_start(const struct fixture_options *option
     fx->body_len = options->body_len ? options->body_len : 300;
     fx->lossless = options->lossless;
     fx->attr_bytes = options->attr_bytes;
+    fx->normals = options->normals;
     atomic_store(&fx->state, -1);
     atomic_store(&fx->grid, options->grid);
     dx_log_set_level(LOG_ERR);

@@ -36,7 +36,7 @@ static inline struct whole_mesh collect(const struct dx_terrain *t)
     const struct dx_tiling *tiling = dx_terrain_tiling(t);
     const struct dx_geometry *g = dx_terrain_geometry(t);
     const struct dx_plane *plane = dx_terrain_published(t);
-    struct dx_tile *tile = malloc(sizeof(*tile));
+    struct dx_tile *tile = calloc(1, sizeof(*tile));
     struct dx_tile_mesh *mesh = malloc(sizeof(*mesh));
     uint32_t *id = malloc(DX_TILE_MAX_VERTICES * sizeof(*id));
     struct whole_mesh w = {.triangle =

@@ -1,5 +1,5 @@
 /*
- * Chunks: round trips of random tiles in both encodings, the golden bytes of docs/protocol.md,
+ * Chunks: round trips of random tiles in all encodings, the golden bytes of docs/protocol.md,
  * every truncation, and mutated bytes, which must be refused or give a mesh that can be drawn.
  */
 #include <errno.h>
@@ -19,7 +19,7 @@ static size_t encode(enum dx_encoding e, const struct dx_tiling *t, const struct
     size_t len;
 
     dx_tile_mesh_build(&want, &tile, t, g);
-    len = e == DX_ENCODING_F32 ? dx_chunk_put_f32(chunk, &want) : dx_chunk_put_q16(chunk, &tile);
+    len = fixture_chunk(chunk, e, &tile, &want);
     assert_true(len <= dx_chunk_max_len(e));
     assert_true(len <= DX_WIRE_MAX_BODY);
     return len;
@@ -39,8 +39,11 @@ static void assert_same_mesh(void)
     assert_int_equal(got.attr_bytes, tile.attr_bytes);
     assert_memory_equal(got.xyz, want.xyz, 12 * n);
     assert_memory_equal(got.index, want.index, 6 * (size_t)want.n_triangles);
+    assert_int_equal(got.has_normals, tile.has_normals);
     if (tile.attr_bytes)
         assert_memory_equal(got.attr, want.attr, 2 * n);
+    if (tile.has_normals)
+        assert_memory_equal(got.normal, want.normal, 2 * n);
 }
 
 static void round_trip_grid(uint32_t height, uint32_t width, bool wrap, uint32_t density)
@@ -53,6 +56,8 @@ static void round_trip_grid(uint32_t height, uint32_t width, bool wrap, uint32_t
     for (uint32_t n = 0; n < dx_tiling_n_tiles(&t); n++) {
         for (uint8_t attr_bytes = 0; attr_bytes <= 2; attr_bytes++) {
             fixture_tile(&tile, &t, n, attr_bytes, density, &rng);
+            if (dx_rng_below(&rng, 2))
+                fixture_normals(&tile, &rng);
             for (int e = 0; e < DX_N_ENCODINGS; e++) {
                 size_t len = encode((enum dx_encoding)e, &t, g);
 
@@ -91,13 +96,17 @@ static void test_full_tile_lengths(void **state)
         struct dx_rng rng = dx_rng_init(1, attr_bytes);
 
         fixture_tile(&tile, &t, 0, attr_bytes, 256, &rng);
+        memset(tile.strut, 0, sizeof(tile.strut));
         for (int i = 0; i < DX_TILE_CELLS * DX_TILE_CELLS; i++)
             tile.code[i] = DX_CELL_ABC_ACD;
         for (int k = 0; k < DX_BLOCK_DEXELS; k++)
             tile.range[k] = 7;
         assert_int_equal(encode(DX_ENCODING_F32, &t, g),
                          10 + 562 + 4225 * (12 + attr_bytes) + 8192 * 6);
-        assert_int_equal(encode(DX_ENCODING_Q16, &t, g), 10 + 1536 + 4225 * (2 + attr_bytes));
+        assert_int_equal(encode(DX_ENCODING_Q16, &t, g), 10 + 1536 + 2 + 4225 * (2 + attr_bytes));
+        /* a tag a group of eight; no strut; predictor and first range; width 0 in 133 blocks */
+        assert_int_equal(encode(DX_ENCODING_DELTA, &t, g),
+                         10 + 64 + 2 + 5 + 17 + 4225 * attr_bytes);
     }
     dx_geometry_unref(g);
 }
@@ -123,6 +132,7 @@ static void test_golden_bytes(void **state)
     static const uint8_t q16[] = {
         0x00, 0x00, 0x00, 0x00, 0x01, 0x00, 0x07, 0x00, 0x05, 0x00, /* header */
         0x73, 0x00,                                                 /* codes 3 6 1 0 */
+        0x00, 0x00,                                                 /* no strut */
         0xe8, 0x03, 0xe9, 0x03, 0xea, 0x03, 0xeb, 0x03, 0xec, 0x03, 0xed, 0x03, 0xef, 0x03,
     };
     static const uint8_t f32_header[] = {0, 0, 0, 0, 0, 0, 7, 0, 5, 0};
@@ -181,6 +191,8 @@ static void test_wrong_lengths(void **state)
             size_t len;
 
             fixture_tile(&tile, &t, 0, attr_bytes, 200, &rng);
+            if (attr_bytes == 1)
+                fixture_normals(&tile, &rng);
             len = encode((enum dx_encoding)e, &t, g);
             for (size_t n = 0; n < len + 4; n++)
                 assert_int_equal(get_exactly(chunk, n, &t, g), n == len ? 0 : -EBADMSG);
@@ -216,11 +228,13 @@ static void test_mutations(void **state)
     (void)state;
     dx_tiling_init(&t, 70, 90, true);
     for (uint32_t i = 0; i < 20000; i++) {
-        const enum dx_encoding e = i & 1 ? DX_ENCODING_Q16 : DX_ENCODING_F32;
+        const enum dx_encoding e = i % DX_N_ENCODINGS;
         size_t len;
 
         /* the small tile at the corner, where one byte weighs more */
         fixture_tile(&tile, &t, 3, (uint8_t)(i / 2 % 3), 100, &rng);
+        if (i & 8)
+            fixture_normals(&tile, &rng);
         len = encode(e, &t, g);
         for (uint32_t m = 0; m <= i % 3; m++) {
             size_t near_start = i % 5 ? len : 40;
@@ -253,14 +267,15 @@ static void test_refusals(void **state)
     } bad[] = {
         {DX_ENCODING_F32, 0, 1},     /* tile row outside the grid */
         {DX_ENCODING_F32, 3, 1},     /* tile column */
-        {DX_ENCODING_F32, 4, 2},     /* encoding */
+        {DX_ENCODING_F32, 4, 3},     /* encoding */
         {DX_ENCODING_F32, 5, 3},     /* both attributes */
-        {DX_ENCODING_F32, 5, 4},     /* unknown section */
+        {DX_ENCODING_F32, 5, 8},     /* unknown section */
+        {DX_ENCODING_F32, 5, 4},     /* normals that are not there */
         {DX_ENCODING_F32, 6, 6},     /* vertices */
-        {DX_ENCODING_F32, 7, 1},     /* more vertices than corners */
-        {DX_ENCODING_F32, 8, 9},     /* more triangles than two a cell */
-        {DX_ENCODING_F32, 10, 1},    /* mask: a dexel before the tile */
-        {DX_ENCODING_F32, 18, 0xf0}, /* mask: one dexel more, in a column beyond the corners */
+        {DX_ENCODING_F32, 7, 0x12},  /* more vertices than block dexels */
+        {DX_ENCODING_F32, 9, 0x23},  /* more triangles than a block has */
+        {DX_ENCODING_F32, 10, 1},    /* mask: a dexel before the grid */
+        {DX_ENCODING_F32, 18, 0xf0}, /* mask: one dexel more, in a column beyond the grid */
         {DX_ENCODING_F32, 571, 2},   /* mask: a bit beyond the block */
         {DX_ENCODING_F32, 668, 7},   /* index = number of vertices */
         {DX_ENCODING_F32, 669, 0xff}, {DX_ENCODING_Q16, 6, 6},
@@ -268,7 +283,8 @@ static void test_refusals(void **state)
         {DX_ENCODING_Q16, 10, 0x77}, /* code 7 */
         {DX_ENCODING_Q16, 10, 0x70}, /* fewer triangles than the header says */
         {DX_ENCODING_Q16, 11, 0x80}, /* a bit beyond the last code */
-        {DX_ENCODING_Q16, 13, 0},    /* with the next: a range of 0 */
+        {DX_ENCODING_Q16, 12, 1},    /* a strut that is not there */
+        {DX_ENCODING_Q16, 15, 0},    /* with the one before: a range of 0 */
     };
     struct dx_geometry *g = fixture_small_geometry();
     struct dx_tiling t;
@@ -281,8 +297,8 @@ static void test_refusals(void **state)
 
         assert_int_equal(get_exactly(chunk, len, &t, g), 0);
         chunk[bad[i].at] = bad[i].value;
-        if (bad[i].at == 13)
-            chunk[12] = 0;
+        if (bad[i].at == 15)
+            chunk[14] = 0;
         if (get_exactly(chunk, len, &t, g) != -EBADMSG)
             fail_msg("case %zu was taken", i);
     }

@@ -1,5 +1,5 @@
 /*
- * libdexel against a scripted server that behaves: sessions in both encodings, bytes one at a time,
+ * libdexel against a scripted server that behaves: sessions in all encodings, bytes one at a time,
  * RESET, raw tiles, pull mode, and what the client itself says.
  */
 #include <setjmp.h>
@@ -8,16 +8,18 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "core/grid/octahedral.h"
 #include "tests/unit/client_fixture.h"
 
 /* A snapshot of all tiles, one later batch of one tile; returns the hash that the callbacks should
  * see. */
 static uint64_t script_mesh(struct script *s, enum dexel_encoding encoding, uint8_t attr_bytes,
-                            const struct dx_geometry *g, uint64_t h)
+                            bool normals, const struct dx_geometry *g, uint64_t h)
 {
     static struct dx_tile tile;
     static struct dx_tile_mesh mesh;
     static uint32_t ids[DX_TILE_MAX_VERTICES];
+    static float normal[3 * DX_TILE_MAX_VERTICES];
     struct dx_rng rng = dx_rng_init(9, attr_bytes);
     struct dx_tiling t;
     uint32_t n_tiles;
@@ -29,6 +31,8 @@ static uint64_t script_mesh(struct script *s, enum dexel_encoding encoding, uint
         uint32_t n = 0;
 
         fixture_tile(&tile, &t, i % n_tiles, attr_bytes, i == 1 ? 0 : 200, &rng);
+        if (normals)
+            fixture_normals(&tile, &rng);
         script_tile(s, (enum dx_encoding)encoding, i < n_tiles ? 7 : 8, &tile, &t, g);
         if (i == n_tiles - 1) {
             script_commit(s, 7, n_tiles);
@@ -38,14 +42,18 @@ static uint64_t script_mesh(struct script *s, enum dexel_encoding encoding, uint
         for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
             if (mesh.mask[k / 8] >> (k % 8) & 1)
                 ids[n++] = (uint32_t)dx_tile_vertex_id(&t, tile.row, tile.col, k);
+        for (uint32_t v = 0; normals && v < n; v++)
+            dx_octahedral_decode(normal + 3 * v, mesh.normal + 2 * v);
         h = hash_mesh(h, &(struct dexel_tile){tile.row, tile.col, n, mesh.n_triangles, mesh.xyz,
-                                              mesh.index, ids, attr_bytes && n ? mesh.attr : NULL});
+                                              mesh.index, ids, attr_bytes && n ? mesh.attr : NULL,
+                                              normals && n ? normal : NULL});
     }
     script_commit(s, 8, 1);
     return h;
 }
 
-static void good_session(enum dexel_encoding encoding, uint8_t attr_bytes, bool wrap, size_t step)
+static void good_session(enum dexel_encoding encoding, uint8_t attr_bytes, bool normals, bool wrap,
+                         size_t step)
 {
     struct dx_geometry *g = fixture_geometry(90, 150, wrap);
     struct session s;
@@ -54,19 +62,22 @@ static void good_session(enum dexel_encoding encoding, uint8_t attr_bytes, bool 
     open_session(&s, (struct dexel_options){.encoding = encoding}, &callbacks);
     script_welcome(&s.script);
     script_state(&s.script, DX_STREAM_OPENING, "waiting for a frame");
-    script_subscribed(&s.script, g, (enum dx_encoding)encoding, attr_bytes);
-    want = script_mesh(&s.script, encoding, attr_bytes, g, 0);
+    script_subscribed_to(&s.script, g, (enum dx_encoding)encoding, attr_bytes, normals);
+    want = script_mesh(&s.script, encoding, attr_bytes, normals, g, 0);
     script_state(&s.script, DX_STREAM_ENDED, "end of file");
     assert_int_equal(play(&s, step), 0);
 
     assert_int_equal(s.seen.n_stream, 1);
     assert_int_equal(s.seen.stream.height, 90);
     assert_int_equal(s.seen.stream.wrap, wrap);
+    assert_int_equal(s.seen.stream.flip, g->flip);
+    assert_int_equal(s.seen.stream.normals, normals);
     assert_string_equal(s.seen.stream.name, "test");
     assert_int_equal(s.seen.n_tile, 2 * 3 + 1);
     assert_int_equal(s.seen.n_commit, 2);
     assert_true(s.seen.commit.epoch == 8 && s.seen.commit.frame == 108);
     assert_true(s.seen.commit.partial && !s.seen.commit.snapshot && s.seen.commit.n_tiles == 1);
+    assert_true(!s.seen.commit.cap_first && s.seen.commit.cap_last);
     assert_true(s.seen.hash == want);
     assert_int_equal(s.seen.n_state, 2);
     assert_int_equal(s.seen.state, DEXEL_ENDED);
@@ -82,10 +93,10 @@ static void good_session(enum dexel_encoding encoding, uint8_t attr_bytes, bool 
 static void test_good_sessions(void **state)
 {
     (void)state;
-    for (int e = 0; e <= DEXEL_Q16; e++)
+    for (int e = 0; e <= DEXEL_DELTA; e++)
         for (uint8_t attr_bytes = 0; attr_bytes <= 2; attr_bytes++) {
-            good_session((enum dexel_encoding)e, attr_bytes, true, SIZE_MAX);
-            good_session((enum dexel_encoding)e, attr_bytes, false, 5000);
+            good_session((enum dexel_encoding)e, attr_bytes, attr_bytes == 1, true, SIZE_MAX);
+            good_session((enum dexel_encoding)e, attr_bytes, attr_bytes == 0, false, 5000);
         }
 }
 
@@ -94,14 +105,14 @@ static void test_dribbled_bytes(void **state)
     struct dx_geometry *g = fixture_small_geometry();
 
     (void)state;
-    for (int e = 0; e <= DEXEL_Q16; e++) {
+    for (int e = 0; e <= DEXEL_DELTA; e++) {
         struct session s;
         uint64_t want;
 
         open_session(&s, (struct dexel_options){.encoding = (enum dexel_encoding)e}, &callbacks);
         script_welcome(&s.script);
         script_subscribed(&s.script, g, (enum dx_encoding)e, 0);
-        want = script_mesh(&s.script, (enum dexel_encoding)e, 0, g, 0);
+        want = script_mesh(&s.script, (enum dexel_encoding)e, 0, false, g, 0);
         assert_int_equal(play(&s, 1), 0);
         assert_int_equal(s.seen.n_commit, 2);
         assert_true(s.seen.hash == want);
@@ -117,6 +128,7 @@ static void test_what_the_client_says(void **state)
                                     .encoding = DEXEL_Q16,
                                     .mode = DEXEL_PULL,
                                     .want_attr = 7,
+                                    .want_normals = 1,
                                     .min_interval_ms = 40,
                                     .tile_row0 = 1,
                                     .tile_col0 = 2,
@@ -136,12 +148,12 @@ static void test_what_the_client_says(void **state)
     dx_wire_get_header(&h, bytes);
     assert_true(h.type == DX_MSG_HELLO && h.seq == 0 && h.stream == DX_WIRE_NO_STREAM);
     assert_int_equal(dx_msg_hello_get(&hello, bytes + 24, 16), 0);
-    assert_int_equal(hello.encodings, 3);
+    assert_int_equal(hello.encodings, 7);
     dx_wire_get_header(&h, bytes + 40);
     assert_true(h.type == DX_MSG_SUBSCRIBE && h.seq == 1 && h.length == 22);
     assert_int_equal(dx_msg_subscribe_get(&m, bytes + 64, 22), 0);
     assert_string_equal(m.stream, "roof");
-    assert_true(m.encoding == 1 && m.mode == 1 && m.want_attr == 1 && m.min_interval_ms == 40);
+    assert_true(m.encoding == 1 && m.mode == 1 && m.want == 3 && m.min_interval_ms == 40);
     assert_true(m.tile_row0 == 1 && m.tile_col0 == 2 && m.n_tile_rows == 3 && m.n_tile_cols == 4);
 
     assert_int_equal(dexel_next(s.client), 0);
@@ -195,14 +207,14 @@ static void test_reset_with_another_geometry(void **state)
     open_session(&s, (struct dexel_options){.encoding = DEXEL_Q16}, &callbacks);
     script_welcome(&s.script);
     script_subscribed(&s.script, g, DX_ENCODING_Q16, 1);
-    want = script_mesh(&s.script, DEXEL_Q16, 1, g, 0);
+    want = script_mesh(&s.script, DEXEL_Q16, 1, false, g, 0);
     /* a batch without its COMMIT: the server took it back */
     dx_tiling_init(&t, 70, 80, true);
     fixture_tile(&tile, &t, 0, 1, 0, &(struct dx_rng){1});
     script_tile(&s.script, DX_ENCODING_Q16, 9, &tile, &t, g);
     script_reset(&s.script, "the camera moved");
     script_subscribed(&s.script, other, DX_ENCODING_Q16, 0);
-    script_mesh(&s.script, DEXEL_Q16, 0, other, want);
+    script_mesh(&s.script, DEXEL_Q16, 0, false, other, want);
     assert_int_equal(play(&s, SIZE_MAX), 0);
     assert_int_equal(s.seen.n_reset, 1);
     assert_string_equal(s.seen.text, "the camera moved");
@@ -250,7 +262,7 @@ static void test_callback_stops(void **state)
     open_session(&s, (struct dexel_options){0}, &callbacks);
     script_welcome(&s.script);
     script_subscribed(&s.script, g, DX_ENCODING_F32, 0);
-    want = script_mesh(&s.script, DEXEL_F32, 0, g, 0);
+    want = script_mesh(&s.script, DEXEL_F32, 0, false, g, 0);
     assert_true(send(s.server, s.script.bytes, s.script.len, 0) == (ssize_t)s.script.len);
     s.seen.stop_at_tile = 42;
     for (int i = 1; i <= 5; i++) {

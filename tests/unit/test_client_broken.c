@@ -124,6 +124,18 @@ static void say_f32_tile(struct script *s, const struct dx_geometry *g)
     small_tile(s, g, DX_ENCODING_F32, 1, 0);
 }
 
+static void say_normals_tile(struct script *s, const struct dx_geometry *g)
+{
+    struct dx_tiling t;
+    struct dx_tile tile;
+
+    start(s, g);
+    dx_tiling_init(&t, 3, 3, false);
+    fixture_small_tile(&tile);
+    tile.has_normals = true;
+    script_tile(s, DX_ENCODING_Q16, 1, &tile, &t, g);
+}
+
 static void say_attr_tile(struct script *s, const struct dx_geometry *g)
 {
     start(s, g);
@@ -175,7 +187,7 @@ static void test_broken_servers(void **state)
 {
     (void)state;
     refuse_case("wrong magic", say_wrong_magic, "not a WELCOME");
-    refuse_case("another version", say_another_version, "expected 0.1");
+    refuse_case("another version", say_another_version, "expected 0.2");
     refuse_case("http", say_http, "at most 1024");
     refuse_case("oversized", say_oversized, "262145");
     refuse_case("greedy welcome", say_greedy_welcome, "not a WELCOME");
@@ -188,6 +200,7 @@ static void test_broken_servers(void **state)
     refuse_case("another encoding", say_other_encoding, "encoding");
     refuse_case("f32 tile", say_f32_tile, "encoding");
     refuse_case("attributes", say_attr_tile, "attribute");
+    refuse_case("normals", say_normals_tile, "normals");
     refuse_case("broken tile", say_broken_tile, "TILE");
     refuse_case("mixed epochs", say_mixed_epochs, "epoch");
     refuse_case("wrong count", say_wrong_count, "COMMIT");

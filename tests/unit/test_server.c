@@ -248,12 +248,15 @@ static void test_long_batches(void **state)
 static void test_new_geometry(void **state)
 {
     const struct dx_msg_subscribe q16 = {.encoding = DX_ENCODING_Q16};
+    const struct dx_msg_subscribe delta = {.encoding = DX_ENCODING_DELTA};
     struct fixture *fx = fixture_start(NULL);
     struct client *a = client_start(fx, NULL), *b = client_start(fx, &q16);
+    struct client *c = client_start(fx, &delta);
 
     (void)state;
     client_until_frame(a, 3);
     client_until_frame(b, 3);
+    client_until_frame(c, 3);
     atomic_store(&fx->grid, 1);
     fixture_kick(fx);
     client_until(a, DX_MSG_RESET);
@@ -271,28 +274,44 @@ static void test_new_geometry(void **state)
     client_until(a, DX_MSG_RESET);
     client_until_frame(a, 8);
     client_expect_error(b, DX_WIRE_E_ENCODING);
+    while (c->told.range_bytes != 4) /* the grid before this one may come first, or not at all */
+        client_until(c, DX_MSG_SUBSCRIBED);
+    client_until_frame(c, 8);
+    assert_int_equal(c->geometry_len, 4 * (100 + 180));
     client_close(a);
+    client_close(c);
     fixture_stop(fx);
 }
 
-static void test_attribute_on_request(void **state)
+/* Each client gets the sections that it asked for, cut out of one chunk. */
+static void sections_on_request(uint8_t attr_bytes, bool normals)
 {
-    const struct dx_msg_subscribe with = {.want_attr = 1};
-    struct fixture *fx =
-        fixture_start(&(struct fixture_options){.attr_bytes = 1, .body_len = 9000});
-    struct client *a = client_start(fx, NULL), *b = client_start(fx, &with);
+    struct fixture *fx = fixture_start(
+        &(struct fixture_options){.attr_bytes = attr_bytes, .normals = normals, .body_len = 9000});
+    struct client *c[4];
 
-    (void)state;
-    client_until_frame(a, 3);
-    client_until_frame(b, 3);
-    assert_int_equal(a->told.attr_bytes, 0);
-    assert_int_equal(b->told.attr_bytes, 1);
+    for (uint8_t want = 0; want < 4; want++) {
+        const struct dx_msg_subscribe m = {.want = want, .encoding = want % DX_N_ENCODINGS};
+
+        c[want] = client_start(fx, &m);
+        client_until_frame(c[want], 3);
+        assert_int_equal(c[want]->told.attr_bytes, want & DX_WANT_ATTR ? attr_bytes : 0);
+        assert_int_equal(c[want]->told.normals, want & DX_WANT_NORMALS && normals);
+    }
     fixture_frames(fx, 12);
-    client_until_frame(a, 12);
-    client_until_frame(b, 12);
-    client_close(a);
-    client_close(b);
+    for (int want = 0; want < 4; want++) {
+        client_until_frame(c[want], 12);
+        client_close(c[want]);
+    }
     fixture_stop(fx);
+}
+
+static void test_sections_on_request(void **state)
+{
+    (void)state;
+    sections_on_request(1, false);
+    sections_on_request(2, true);
+    sections_on_request(0, true);
 }
 
 static void test_stop_is_told(void **state)
@@ -323,7 +342,7 @@ int main(void)
         cmocka_unit_test(test_lossless),
         cmocka_unit_test(test_long_batches),
         cmocka_unit_test(test_new_geometry),
-        cmocka_unit_test(test_attribute_on_request),
+        cmocka_unit_test(test_sections_on_request),
         cmocka_unit_test(test_stop_is_told),
     };
 

@@ -105,7 +105,7 @@ static void send_message(int fd, uint16_t type, const uint8_t *body, size_t len)
 static int subscribe(const char *path, enum dx_encoding encoding)
 {
     struct dx_msg_hello hello = {DX_WIRE_MAJOR, DX_WIRE_MINOR, 0, 1u << encoding};
-    struct dx_msg_subscribe ask = {.encoding = (uint8_t)encoding, .want_attr = 1};
+    struct dx_msg_subscribe ask = {.encoding = (uint8_t)encoding, .want = DX_WANT_ATTR};
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
     struct timeval silence = {.tv_sec = 60};
     uint8_t body[512];
@@ -174,14 +174,25 @@ static void runs_without_allocating(const char *yaml, enum dx_encoding encoding)
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-static void whole_frames_to_q16(void **state)
+static void whole_frames(enum dx_encoding encoding)
 {
-    (void)state;
     runs_without_allocating("streams:\n"
                             "  - name: hall\n"
                             "    synthetic: {scene: hall, size: 300x200, noise: 0.005,\n"
                             "                dropouts: 0.02, rate: max}\n",
-                            DX_ENCODING_Q16);
+                            encoding);
+}
+
+static void whole_frames_to_q16(void **state)
+{
+    (void)state;
+    whole_frames(DX_ENCODING_Q16);
+}
+
+static void whole_frames_to_delta(void **state)
+{
+    (void)state;
+    whole_frames(DX_ENCODING_DELTA);
 }
 
 static void parts_of_frames_to_f32(void **state)
@@ -199,6 +210,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(whole_frames_to_q16),
+        cmocka_unit_test(whole_frames_to_delta),
         cmocka_unit_test(parts_of_frames_to_f32),
     };
 

@@ -140,7 +140,7 @@ static void updates_equal_from_scratch(void **state)
     t = meshed(g, &params, &p, NULL);
     n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(t));
     before = calloc(n_tiles, sizeof(*before));
-    struct dx_tile *tile = malloc(sizeof(*tile));
+    struct dx_tile *tile = calloc(1, sizeof(*tile));
     for (int round = 0; round < 200; round++) {
         uint32_t col0 = dx_rng_below(&rng, c.width), n = 1 + dx_rng_below(&rng, c.width - col0);
         struct whole_mesh got, want;

@@ -64,7 +64,7 @@ static const struct kind {
      put_subscribe,
      get_subscribe,
      18 + 4,
-     {.subscribe = {"roof", 1, 2, 1, 40, 1, 2, 3, 4}}},
+     {.subscribe = {"roof", 2, 2, 3, 40, 1, 2, 3, 4}}},
     {"SUBSCRIBED",
      put_subscribed,
      get_subscribed,
@@ -88,14 +88,16 @@ static const struct kind {
                      .tilt_deg = 78,
                      .noise_k = 4,
                      .cap_m = 9,
-                     .diag = 1,
-                     .paper = 1}}},
+                     .diag = 2,
+                     .paper = 1,
+                     .normals = 1}}},
     {"GEOMETRY", put_geometry, get_geometry, 8 + 12, {.geometry = {8, 20, 12, piece}}},
     {"COMMIT",
      put_commit,
      get_commit,
      44,
-     {.commit = {1, UINT64_MAX, 3, 2, 5, 6, DX_COMMIT_PARTIAL}}},
+     {.commit = {1, UINT64_MAX, 3, 2, 5, 6,
+                 DX_COMMIT_PARTIAL | DX_COMMIT_CAP_FIRST | DX_COMMIT_CAP_LAST}}},
     {"RESET", put_reset, get_reset, 2 + 3, {.reset = {"why"}}},
     {"STREAM_STATE", put_stream_state, get_stream_state, 3 + 3, {.stream_state = {4, "end"}}},
 };
@@ -137,10 +139,12 @@ static void test_fields(void **state)
     assert_string_equal(m.subscribed.stream, "roof");
     assert_int_equal(m.subscribed.width, 2048);
     assert_int_equal(m.subscribed.flip, 1);
+    assert_true(m.subscribed.diag == 2 && m.subscribed.normals == 1);
     assert_true(m.subscribed.unit_m == 0.002f && m.subscribed.pose[11] == 12);
     assert_true(m.subscribed.sigma[2] == 0.3 && m.subscribed.cap_m == 9);
     k = &kinds[6];
     assert_int_equal(k->get(&m, body, put(k, &k->example, body, sizeof(body))), 0);
+    assert_int_equal(m.commit.flags, 7);
     assert_true(m.commit.host_ns == UINT64_MAX && m.commit.n_dropped == 5);
     assert_int_equal(m.commit.clock_id, 2);
 }
@@ -196,13 +200,13 @@ static void test_fields_out_of_range(void **state)
         size_t at;
         uint8_t value;
     } bad[] = {
-        {0, 0, 'X'},    {1, 3, 'X'},    {1, 18, 0x05}, {3, 0, 2},     {3, 1, 3},  {3, 2, 2},
-        {3, 12, 0},     {3, 14, 0},     {3, 18, 31},   {3, 19, 127},  {4, 0, 2},  {4, 1, 3},
-        {4, 2, 3},      {4, 3, 0},      {4, 3, 4},     {4, 4, 2},     {4, 5, 2},  {4, 6, 3},
-        {4, 6, 4},      {4, 7, 2},      {4, 8, 2},     {4, 12, 0},    {4, 14, 1}, {4, 17, 0},
-        {4, 18, 1},     {4, 20, 1},     {4, 22, 31},   {4, 27, 0xff}, {4, 28, 1}, {4, 39, 0x7f},
-        {4, 135, 0x7f}, {4, 159, 0xff}, {4, 178, 0},   {5, 0, 9},     {5, 0, 12}, {5, 4, 19},
-        {6, 32, 4},     {7, 3, 10},     {8, 0, 5},
+        {0, 0, 'X'},   {1, 3, 'X'},    {1, 18, 0x05},  {3, 0, 3},    {3, 1, 3},     {3, 2, 4},
+        {3, 12, 0},    {3, 14, 0},     {3, 18, 31},    {3, 19, 127}, {4, 0, 3},     {4, 1, 3},
+        {4, 2, 3},     {4, 3, 0},      {4, 3, 4},      {4, 4, 2},    {4, 5, 2},     {4, 6, 3},
+        {4, 6, 4},     {4, 7, 3},      {4, 9, 2},      {4, 8, 2},    {4, 12, 0},    {4, 14, 1},
+        {4, 17, 0},    {4, 18, 1},     {4, 20, 1},     {4, 22, 31},  {4, 27, 0xff}, {4, 28, 1},
+        {4, 39, 0x7f}, {4, 135, 0x7f}, {4, 159, 0xff}, {4, 178, 0},  {5, 0, 9},     {5, 0, 12},
+        {5, 4, 19},    {6, 32, 4},     {7, 3, 10},     {8, 0, 5},
     };
 
     (void)state;
@@ -261,16 +265,19 @@ static void test_golden_bytes(void **state)
     static const uint8_t hello[] = {
         0x10, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0x00, 0x00,
         0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x44, 0x45, 0x58, 0x4c,
-        0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x00, 0x00, 0x07, 0x00, 0x00, 0x00,
     };
     static const uint8_t subscribe[] = {
         0x16, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff,
         0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-        0x01, 0x00, 0x00, 0x00, 0x28, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0x02, 0x00, 0x03, 0x00, 0x28, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
         0x00, 0x00, 0x00, 0x00, 0x04, 0x00, 0x72, 0x6f, 0x6f, 0x66,
     };
-    const struct dx_msg_hello h = {.major = 0, .minor = 1, .encodings = 3};
-    const struct dx_msg_subscribe s = {.stream = "roof", .encoding = 1, .min_interval_ms = 40};
+    const struct dx_msg_hello h = {.major = 0, .minor = 2, .encodings = 7};
+    const struct dx_msg_subscribe s = {.stream = "roof",
+                                       .encoding = DX_ENCODING_DELTA,
+                                       .want = DX_WANT_ATTR | DX_WANT_NORMALS,
+                                       .min_interval_ms = 40};
     struct dx_wire_header header = {
         .length = 16, .type = DX_MSG_HELLO, .stream = DX_WIRE_NO_STREAM};
     uint8_t bytes[128];

@@ -19,9 +19,66 @@ static inline uint8_t fixture_cells(uint32_t cells, uint32_t tile)
     return (uint8_t)(left < DX_TILE_CELLS ? left : DX_TILE_CELLS);
 }
 
-/* A tile whose cells have a random outcome with probability `density` / 256, and full ones with the
- * rest of it when `full`. Ranges and attributes are random where a cell uses them, garbage-free
- * elsewhere. */
+/* Whether a strut of this code can be at block dexel k: all that it names is inside block and grid,
+ * and no strut's owner is a vertex. `used` and `owner` have a byte a block dexel. */
+static inline bool fixture_strut_fits(const struct dx_tile *tile, const struct dx_tiling *tiling,
+                                      const uint8_t *used, uint32_t k, uint8_t code)
+{
+    struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+    unsigned n = dx_strut_triangles(triangle, code);
+
+    for (unsigned m = 0; m < 3 * n; m++) {
+        int p = (int)(k / DX_BLOCK) + triangle[m / 3][m % 3].row;
+        int q = (int)(k % DX_BLOCK) + triangle[m / 3][m % 3].col;
+        int64_t row = (int64_t)tile->row * DX_TILE_CELLS + p - 1;
+        int64_t col = (int64_t)tile->col * DX_TILE_CELLS + q - 1;
+
+        if (p < 0 || p >= DX_BLOCK || q < 0 || q >= DX_BLOCK || row < 0 || row >= tiling->height ||
+            (!tiling->wrap && (col < 0 || col >= tiling->width)) || tile->strut[p * DX_BLOCK + q])
+            return false;
+    }
+    return n > 0 && !used[k];
+}
+
+/* Up to `n` struts of random codes, wherever they fit. */
+static inline void fixture_struts(struct dx_tile *tile, const struct dx_tiling *tiling, uint32_t n,
+                                  struct dx_rng *rng)
+{
+    uint8_t used[DX_BLOCK_DEXELS], mask[DX_MASK_BYTES];
+
+    dx_tile_mask(tile, mask);
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        used[k] = mask[k / 8] >> (k % 8) & 1;
+    for (uint32_t t = 0; t < n; t++) {
+        uint32_t p = 1 + dx_rng_below(rng, tile->cell_rows + 1u);
+        uint32_t q = 1 + dx_rng_below(rng, tile->cell_cols + (tiling->wrap ? 0u : 1u));
+        uint32_t k = p * DX_BLOCK + q;
+        uint8_t code = (uint8_t)(1 + dx_rng_below(rng, DX_STRUT_CODES - 1));
+        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+
+        if (tile->strut[k] || !fixture_strut_fits(tile, tiling, used, k, code))
+            continue;
+        tile->strut[k] = code;
+        for (unsigned m = 0; m < 3 * dx_strut_triangles(triangle, code); m++)
+            used[dx_tile_strut_corner(k, triangle[m / 3][m % 3])] = 1;
+    }
+}
+
+/* Random normals where there is a vertex. */
+static inline void fixture_normals(struct dx_tile *tile, struct dx_rng *rng)
+{
+    uint8_t mask[DX_MASK_BYTES];
+
+    dx_tile_mask(tile, mask);
+    tile->has_normals = true;
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        for (uint32_t m = 2 * k; m < 2 * k + 2; m++)
+            tile->normal[m] =
+                mask[k / 8] >> (k % 8) & 1 ? (int8_t)((int)dx_rng_below(rng, 255) - 127) : 0;
+}
+
+/* A tile whose cells have a random outcome with probability `density` / 256, and with struts beside
+ * them. Ranges and attributes are random where a vertex is, garbage-free elsewhere. */
 static inline void fixture_tile(struct dx_tile *tile, const struct dx_tiling *tiling, uint32_t n,
                                 uint8_t attr_bytes, uint32_t density, struct dx_rng *rng)
 {
@@ -37,6 +94,7 @@ static inline void fixture_tile(struct dx_tile *tile, const struct dx_tiling *ti
         for (uint32_t j = 0; j < tile->cell_cols; j++)
             if (dx_rng_below(rng, 256) < density)
                 tile->code[DX_TILE_CELLS * i + j] = (uint8_t)dx_rng_below(rng, 7);
+    fixture_struts(tile, tiling, 2 * density, rng);
     dx_tile_mask(tile, mask);
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
         if (!(mask[k / 8] >> (k % 8) & 1))
@@ -90,6 +148,20 @@ static inline void fixture_small_tile(struct dx_tile *tile)
         tile->range[(i / 3 + 1) * DX_BLOCK + i % 3 + 1] = 1000 + i;
 }
 
+/* A tile's chunk; f32 by way of `mesh`, which is built. */
+static inline size_t fixture_chunk(uint8_t *body, enum dx_encoding e, const struct dx_tile *tile,
+                                   const struct dx_tile_mesh *mesh)
+{
+    switch (e) {
+    case DX_ENCODING_F32:
+        return dx_chunk_put_f32(body, mesh);
+    case DX_ENCODING_Q16:
+        return dx_chunk_put_q16(body, tile);
+    default:
+        return dx_chunk_put_delta(body, tile);
+    }
+}
+
 static inline void fixture_subscribed(struct dx_msg_subscribed *m, const struct dx_geometry *g,
                                       enum dx_encoding encoding, uint8_t attr_bytes)
 {
@@ -109,7 +181,7 @@ static inline void fixture_subscribed(struct dx_msg_subscribed *m, const struct 
         .tile_rows = (uint16_t)t.rows,
         .tile_cols = (uint16_t)t.cols,
         .unit_m = g->unit_m,
-        .table_bytes = encoding == DX_ENCODING_Q16 ? (uint32_t)(4 * g->n_table) : 0,
+        .table_bytes = dx_encoding_has_ranges(encoding) ? (uint32_t)(4 * g->n_table) : 0,
         .sigma = {0.002, 0, 0},
         .tilt_deg = 78.69,
         .noise_k = 4,
@@ -159,7 +231,7 @@ static inline void script_welcome(struct script *s)
 {
     const struct dx_msg_welcome m = {.major = DX_WIRE_MAJOR,
                                      .minor = DX_WIRE_MINOR,
-                                     .encodings = 3,
+                                     .encodings = (1u << DX_N_ENCODINGS) - 1,
                                      .max_body = DX_WIRE_MAX_BODY,
                                      .n_streams = 1,
                                      .server = "test server"};
@@ -185,15 +257,22 @@ static inline void script_geometry(struct script *s, const struct dx_geometry *g
     free(bytes);
 }
 
-static inline void script_subscribed(struct script *s, const struct dx_geometry *g,
-                                     enum dx_encoding encoding, uint8_t attr_bytes)
+static inline void script_subscribed_to(struct script *s, const struct dx_geometry *g,
+                                        enum dx_encoding encoding, uint8_t attr_bytes, bool normals)
 {
     struct dx_msg_subscribed m;
 
     fixture_subscribed(&m, g, encoding, attr_bytes);
+    m.normals = normals;
     SCRIPT_PUT(s, DX_MSG_SUBSCRIBED, subscribed, &m);
     if (m.table_bytes)
         script_geometry(s, g, 1000);
+}
+
+static inline void script_subscribed(struct script *s, const struct dx_geometry *g,
+                                     enum dx_encoding encoding, uint8_t attr_bytes)
+{
+    script_subscribed_to(s, g, encoding, attr_bytes, false);
 }
 
 static inline void script_commit(struct script *s, uint64_t epoch, uint32_t n_tiles)
@@ -204,7 +283,7 @@ static inline void script_commit(struct script *s, uint64_t epoch, uint32_t n_ti
                                     .clock_id = 3,
                                     .n_dropped = 4,
                                     .n_tiles = n_tiles,
-                                    .flags = DX_COMMIT_PARTIAL};
+                                    .flags = DX_COMMIT_PARTIAL | DX_COMMIT_CAP_LAST};
     uint8_t body[64];
     struct dx_writer w = dx_writer_init(body, sizeof(body));
 
@@ -221,8 +300,7 @@ static inline void script_tile(struct script *s, enum dx_encoding encoding, uint
     size_t len;
 
     dx_tile_mesh_build(&mesh, tile, tiling, g);
-    len =
-        encoding == DX_ENCODING_F32 ? dx_chunk_put_f32(body, &mesh) : dx_chunk_put_q16(body, tile);
+    len = fixture_chunk(body, encoding, tile, &mesh);
     assert(len <= dx_chunk_max_len(encoding));
     script_message(s, DX_MSG_TILE, 0, epoch, body, len);
 }

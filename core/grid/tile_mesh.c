@@ -1,0 +1,108 @@
+/*
+ * The whole mesh of a tile: its points under the geometry, attributes and normals in rank order,
+ * triangles. Shared by the daemon's encoders and the client's decoders, so that both get the same
+ * bits.
+ */
+#include "core/grid/tile_used.h"
+
+#include <string.h>
+
+/* The block's columns in the grid, and for a spinning geometry its table of them. */
+struct columns {
+    uint32_t at[DX_BLOCK];
+    float c[DX_BLOCK], s[DX_BLOCK];
+};
+
+static void find_columns(struct columns *col, const struct dx_tile *tile,
+                         const struct dx_tiling *tiling, const struct dx_geometry *g)
+{
+    for (uint32_t j = 0; j < DX_BLOCK; j++) {
+        col->at[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
+        if (g->model == DX_MODEL_SPINNING) {
+            col->c[j] = g->table[2 * (size_t)col->at[j]];
+            col->s[j] = g->table[2 * (size_t)col->at[j] + 1];
+        }
+    }
+}
+
+/* The points of one block row, stored one after the other: each is written, and kept if used. The
+ * operations are those of dx_geometry_point. */
+static float *spin_row(float *restrict out, const float d[6], float unit_m,
+                       const struct columns *col, const uint32_t range[DX_BLOCK],
+                       const uint8_t used[DX_BLOCK])
+{
+    float x[DX_BLOCK], y[DX_BLOCK], z[DX_BLOCK];
+
+    for (uint32_t j = 0; j < DX_BLOCK; j++) {
+        float r = (float)range[j] * unit_m;
+        float u = d[3] + r * d[0], v = d[4] + r * d[1];
+
+        x[j] = u * col->c[j] - v * col->s[j];
+        y[j] = u * col->s[j] + v * col->c[j];
+        z[j] = d[5] + r * d[2];
+    }
+    for (uint32_t j = 0; j < DX_BLOCK; j++) {
+        out[0] = x[j];
+        out[1] = y[j];
+        out[2] = z[j];
+        out += 3 * used[j];
+    }
+    return out;
+}
+
+static float *row_points(float *out, const struct dx_geometry *g, uint32_t row,
+                         const struct columns *col, const uint32_t range[DX_BLOCK],
+                         const uint8_t used[DX_BLOCK])
+{
+    if (g->model == DX_MODEL_SPINNING)
+        return spin_row(out, g->table + 2 * (size_t)g->width + 6 * (size_t)row, g->unit_m, col,
+                        range, used);
+    for (uint32_t j = 0; j < DX_BLOCK; j++)
+        if (used[j]) {
+            dx_geometry_point(g, row, col->at[j], range[j], out);
+            out += 3;
+        }
+    return out;
+}
+
+/* Attributes and normals from block order to rank order. */
+static void rank_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
+                         const struct dx_used *used, const uint16_t rank[DX_BLOCK_DEXELS])
+{
+    for (uint32_t k = 0; tile->attr_bytes && k < DX_BLOCK_DEXELS; k++)
+        if (used->at[k])
+            mesh->attr[rank[k]] = tile->attr[k];
+    for (uint32_t k = 0; tile->has_normals && k < DX_BLOCK_DEXELS; k++)
+        if (used->at[k]) {
+            mesh->normal[2 * rank[k]] = tile->normal[2 * k];
+            mesh->normal[2 * rank[k] + 1] = tile->normal[2 * k + 1];
+        }
+}
+
+void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
+                        const struct dx_tiling *tiling, const struct dx_geometry *g)
+{
+    uint16_t rank[DX_BLOCK_DEXELS];
+    struct columns col;
+    struct dx_used used;
+    float *xyz = mesh->xyz;
+
+    mesh->row = tile->row;
+    mesh->col = tile->col;
+    mesh->attr_bytes = tile->attr_bytes;
+    mesh->has_normals = tile->has_normals;
+    dx_used_mark(&used, tile);
+    dx_used_pack(&used, mesh->mask);
+    mesh->n_vertices = dx_used_rank(&used, rank);
+    mesh->n_triangles = dx_tile_emit(tile, rank, g->flip, mesh->index);
+
+    find_columns(&col, tile, tiling, g);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const uint8_t *in_row = used.at + (size_t)i * DX_BLOCK;
+
+        if (memchr(in_row, 1, DX_BLOCK)) /* a row outside the grid has no vertex */
+            xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, &col,
+                             tile->range + (size_t)i * DX_BLOCK, in_row);
+    }
+    rank_samples(mesh, tile, &used, rank);
+}
