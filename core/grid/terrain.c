@@ -1,42 +1,36 @@
 /*
- * The published array and its mesh, tile by tile: what changed is marked when it is published,
- * marked tiles are computed anew at the commit, and a tile has changed when its content hash has.
+ * The published array and its mesh, tile by tile: what changed is marked when it is published
+ * (publish.c), marked tiles are computed anew at the commit, and a tile has changed when its
+ * content hash has.
  */
 #include "core/grid/terrain.h"
 
 #include "core/grid/cells.h"
+#include "core/grid/terrain_priv.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Cells whose outcome a dexel can change lie within this distance of it (ALGORITHMS 1.8). The
- * first-order rule reads the four corners and nothing else. */
-#define HALO 1
 
 struct scratch {
     struct dx_cell_block block;
     struct dx_tile tile;
 };
 
-struct dx_terrain {
-    struct dx_geometry *geometry;
-    struct dx_terrain_params params;
-    struct dx_tiling tiling;
-    struct dx_gates gates;
-    bool gates_set; /* with the first frame: the noise may come from it */
-    struct dx_plane published;
-    uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
-    uint64_t *hash;             /* a tile; 0 = no triangles */
-    uint64_t *marked, *changed; /* bits by tile number */
-    uint32_t *task;             /* tile numbers of the commit under way */
-    struct scratch *scratch;    /* one a thread of the pool */
-    unsigned n_scratch;
-};
-
 void dx_terrain_params_default(struct dx_terrain_params *p)
 {
     *p = (struct dx_terrain_params){.tilt_deg = 78.69, .noise_k = 4, .diag = DX_DIAG_SHORT};
+    p->ingest = (struct dx_ingest_params){.n_max = 16, .hold = -1};
+}
+
+static const char *check_ingest(const struct dx_ingest_params *p)
+{
+    if (p->filter == DX_FILTER_MEAN && p->n_max == 0)
+        return "a mean needs at least one frame";
+    if (!(p->hold <= 100)) /* what is below 0 stands for the default */
+        return "hold must be from 0 to 100 sigmas";
+    return NULL;
 }
 
 const char *dx_terrain_params_check(const struct dx_terrain_params *p)
@@ -54,7 +48,15 @@ const char *dx_terrain_params_check(const struct dx_terrain_params *p)
         return "the paper's mode needs a cap: the radius of its sphere of influence";
     if (p->diag != DX_DIAG_FIXED && p->diag != DX_DIAG_SHORT)
         return "diag must be fixed or short";
-    return NULL;
+    return check_ingest(&p->ingest);
+}
+
+/* The hold in 1/256 sigma. */
+static uint32_t hold_of(const struct dx_ingest_params *p)
+{
+    double hold = p->hold >= 0 ? p->hold : p->filter ? DX_HOLD_SIGMAS : 0;
+
+    return (uint32_t)rint(256 * hold);
 }
 
 static uint64_t *bits_new(uint32_t n)
@@ -85,10 +87,15 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->changed = bits_new((uint32_t)n_tiles);
     t->task = calloc(n_tiles, sizeof(*t->task));
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
+    t->hold = hold_of(&params->ingest);
+    t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
     r = dx_plane_init(&t->published, g->height, g->width, g->range_bytes, attr_bytes);
     if (r == 0)
+        r = dx_estimator_init(&t->estimator, &params->ingest, &t->published);
+    if (r == 0)
         r = dx_gates_init(&t->gates, g);
-    if (r == 0 && (!t->code || !t->hash || !t->marked || !t->changed || !t->task || !t->scratch))
+    if (r == 0 && (!t->code || !t->hash || !t->marked || !t->changed || !t->task || !t->scratch ||
+                   !t->estimate))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
@@ -103,6 +110,8 @@ void dx_terrain_free(struct dx_terrain *t)
     if (!t)
         return;
     dx_plane_fini(&t->published);
+    dx_estimator_fini(&t->estimator);
+    free(t->estimate);
     free(t->scratch);
     free(t->task);
     free(t->changed);
@@ -137,92 +146,6 @@ const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t)
 const uint64_t *dx_terrain_changed(const struct dx_terrain *t)
 {
     return t->changed;
-}
-
-/* ---- publishing ----------------------------------------------------------------------------- */
-
-/* Marks the tiles that own cells within HALO of dexels (row, col0..col1). */
-static void mark_tiles(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
-{
-    const struct dx_tiling *g = &t->tiling;
-    uint32_t i0 = row > HALO ? row - HALO : 0;
-    uint32_t i1 = row + HALO - 1 < g->cell_rows ? row + HALO - 1 : g->cell_rows - 1;
-    int64_t j0 = (int64_t)col0 - HALO, j1 = (int64_t)col1 + HALO - 1;
-
-    if (!g->wrap) {
-        j0 = j0 < 0 ? 0 : j0;
-        j1 = j1 < g->cell_cols ? j1 : g->cell_cols - 1;
-    }
-    for (uint32_t ti = i0 / DX_TILE_CELLS; ti <= i1 / DX_TILE_CELLS; ti++)
-        for (int64_t j = j0;;) {
-            uint32_t col = (uint32_t)((j + g->cell_cols) % g->cell_cols);
-            uint32_t n = ti * g->cols + col / DX_TILE_CELLS;
-
-            t->marked[n / 64] |= 1ull << (n % 64);
-            if (j == j1)
-                break;
-            j = j + DX_TILE_CELLS < j1 ? j + DX_TILE_CELLS : j1;
-        }
-}
-
-/* Copies `n` bytes of a row segment; whether they differed. */
-static bool replace(void *to, const void *from, size_t n)
-{
-    if (memcmp(to, from, n) == 0)
-        return false;
-    memcpy(to, from, n);
-    return true;
-}
-
-static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
-                            uint32_t col0, uint32_t n)
-{
-    size_t at = (size_t)row * frame->width + col0;
-    size_t rb = frame->range_bytes, ab = t->published.attr_bytes;
-    bool differs = replace((uint8_t *)t->published.range + at * rb,
-                           (const uint8_t *)frame->range + at * rb, n * rb);
-
-    if (ab)
-        differs |= replace((uint8_t *)t->published.attr + at * ab,
-                           (const uint8_t *)frame->attr + at * ab, n * ab);
-    if (differs)
-        mark_tiles(t, row, col0, col0 + n - 1);
-}
-
-static void mark_all(struct dx_terrain *t)
-{
-    for (uint32_t k = 0; k < dx_tiling_n_tiles(&t->tiling); k++)
-        t->marked[k / 64] |= 1ull << (k % 64);
-}
-
-/* The noise, from the first frame that can tell it, and the constants that follow from it. */
-static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
-{
-    t->params.sigma_given = dx_noise_estimate(t->params.sigma, frame, t->geometry);
-    if (t->gates_set && !t->params.sigma_given)
-        return; /* the floor still */
-    dx_gates_set(&t->gates, t->geometry, &t->params);
-    t->gates_set = true;
-    mark_all(t);
-}
-
-void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
-                        uint32_t n_cols)
-{
-    if (!t->params.sigma_given && (n_cols == frame->width || !t->gates_set))
-        settle_noise(t, frame);
-    if (!t->gates_set) {
-        dx_gates_set(&t->gates, t->geometry, &t->params);
-        t->gates_set = true;
-    }
-    for (uint32_t i = 0; i < frame->height; i++)
-        for (uint32_t j = col0; j < col0 + n_cols;) {
-            uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
-
-            end = end < col0 + n_cols ? end : col0 + n_cols;
-            publish_segment(t, frame, i, j, end - j);
-            j = end;
-        }
 }
 
 /* ---- committing ----------------------------------------------------------------------------- */
