@@ -14,7 +14,6 @@
 #define GATE      4 /* sigmas between a hypothesis and a sample that confirms it */
 #define CONFIRMED 2 /* samples that make the other hypothesis the estimate */
 #define ASTRAY    3 /* samples after which the estimate is wrong, even if no two of them agree */
-#define MISSING   3 /* frames without a return that make the dexel empty */
 
 static int alloc_filter(struct dx_estimator *e, const struct dx_plane *plane)
 {
@@ -57,7 +56,8 @@ int dx_estimator_init(struct dx_estimator *e, const struct dx_ingest_params *par
 {
     int r = 0;
 
-    *e = (struct dx_estimator){.filter = params->filter, .n_max = params->n_max};
+    *e = (struct dx_estimator){
+        .filter = params->filter, .n_max = params->n_max, .n_gap = params->n_gap};
     for (uint32_t n = 1; n < 256; n++)
         e->reciprocal[n] = reciprocal_of(n);
     e->n_taken = calloc(plane->width, sizeof(*e->n_taken));
@@ -112,16 +112,17 @@ static bool confirms(const struct dx_estimator *e, uint32_t sample, uint32_t hyp
            d <= GATE * dx_sigma_at(&e->sigma, hypothesis >> DX_ESTIMATE_FRACTION);
 }
 
-/* hypothesis + (sample - hypothesis) / n, rounded half up. */
+/* hypothesis + (sample - hypothesis) / n, rounded half up. Without a branch: which side a sample is
+ * on is a coin toss. */
 static uint32_t joined_by(const struct dx_estimator *e, uint32_t hypothesis, uint32_t sample,
                           uint32_t n)
 {
     const struct dx_reciprocal *r = &e->reciprocal[n];
-    bool down = sample < hypothesis;
-    uint64_t y = (uint64_t)distance(sample, hypothesis) + ((n - down) >> 1);
+    uint32_t down = sample < hypothesis, sign = 0 - down;
+    uint64_t y = (uint64_t)((sample - hypothesis) ^ sign) + down + ((n - down) >> 1);
     uint32_t step = (uint32_t)(y * r->factor >> r->shift);
 
-    return down ? hypothesis - step : hypothesis + step;
+    return hypothesis + ((step ^ sign) + down);
 }
 
 static void restart(struct dx_hypotheses *h, uint32_t est, uint32_t n)
@@ -162,9 +163,9 @@ static void take_return(const struct dx_estimator *e, struct dx_hypotheses *h, u
     }
 }
 
-static void take_missing(struct dx_hypotheses *h)
+static void take_missing(const struct dx_estimator *e, struct dx_hypotheses *h)
 {
-    if (h->est && ++h->n_missing >= MISSING)
+    if (h->est && h->n_missing++ >= e->n_gap)
         *h = (struct dx_hypotheses){0};
 }
 
@@ -179,7 +180,7 @@ static void take_mean(const struct dx_estimator *e, const struct dx_plane *frame
         if (range)
             take_return(e, h, range);
         else
-            take_missing(h);
+            take_missing(e, h);
         estimate[k] = (uint64_t)h->est << (h->n ? 0 : DX_ESTIMATE_FRACTION);
     }
 }

@@ -33,8 +33,9 @@ struct dx_reciprocal {
 
 struct dx_estimator {
     enum dx_filter filter;
-    uint8_t n_max; /* samples a mean counts at most */
-    bool settled;  /* the noise is known; until then samples are taken as they come */
+    uint32_t n_max; /* samples a mean counts at most */
+    uint32_t n_gap; /* frames without a return that it bridges */
+    bool settled;   /* the noise is known; until then samples are taken as they come */
     struct dx_sigma sigma;
     uint32_t surely_near;       /* 1/256 unit: within the gate at every range */
     struct dx_hypotheses *mean; /* MEAN: by dexel */

@@ -108,6 +108,7 @@ struct part {
     uint32_t row0, n_rows, col0, n_cols;
     const struct dx_plane *attr; /* where their attributes are */
     uint32_t hold;               /* in force: 0 until the noise is known */
+    uint64_t surely_held;        /* 1/256 unit: within the hold at every range */
 };
 
 static uint32_t rounded(uint64_t estimate)
@@ -115,20 +116,24 @@ static uint32_t rounded(uint64_t estimate)
     return (uint32_t)((estimate + (1u << (DX_ESTIMATE_FRACTION - 1))) >> DX_ESTIMATE_FRACTION);
 }
 
+static uint64_t hold_at(const struct dx_terrain *t, uint32_t hold, uint32_t range)
+{
+    return (uint64_t)hold * dx_sigma_at(&t->sigma, range) >> 8;
+}
+
 /* Whether a dexel has moved too far from what is published. One that rounds to the same range has
  * not: publishing it would change nothing. */
-static bool has_moved(const struct dx_terrain *t, uint64_t estimate, uint32_t published,
-                      uint32_t hold)
+static bool has_moved(const struct dx_terrain *t, const struct part *p, uint64_t estimate,
+                      uint32_t published)
 {
-    uint64_t at = (uint64_t)published << DX_ESTIMATE_FRACTION, distance;
-    uint32_t range = rounded(estimate);
+    uint64_t at = (uint64_t)published << DX_ESTIMATE_FRACTION;
+    uint64_t distance = estimate > at ? estimate - at : at - estimate;
 
-    if (range == published)
-        return false;
-    if (hold == 0 || range == 0 || published == 0)
+    if ((estimate != 0) != (published != 0))
         return true;
-    distance = estimate > at ? estimate - at : at - estimate;
-    return distance > ((uint64_t)hold * dx_sigma_at(&t->sigma, published) >> 8);
+    if (distance <= p->surely_held)
+        return false;
+    return rounded(estimate) != published && distance > hold_at(t, p->hold, published);
 }
 
 /* A hold is over ranges; an attribute alone (the intensity's noise) does not end it. */
@@ -138,7 +143,7 @@ static bool row_has_moved(const struct dx_terrain *t, const struct part *p, uint
     size_t at = (size_t)row * t->published.width + p->col0;
 
     for (uint32_t k = 0; k < p->n_cols; k++)
-        if (has_moved(t, estimate[k], dx_plane_range(&t->published, at + k), p->hold) ||
+        if (has_moved(t, p, estimate[k], dx_plane_range(&t->published, at + k)) ||
             (p->hold == 0 &&
              dx_plane_attr(p->attr, at + k) != dx_plane_attr(&t->published, at + k)))
             return true;
@@ -193,6 +198,7 @@ static void publish_estimates(struct dx_terrain *t, const struct dx_plane *frame
     struct part p = {.attr = t->params.ingest.filter ? &t->estimator.newest : frame,
                      .hold = t->params.sigma_given ? t->hold : 0};
 
+    p.surely_held = hold_at(t, p.hold, 0);
     dx_estimator_begin(&t->estimator, frame, col0, n_cols);
     for (uint32_t ti = 0; ti < g->rows; ti++) {
         p.row0 = ti * DX_TILE_CELLS;

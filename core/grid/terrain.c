@@ -21,13 +21,15 @@ struct scratch {
 void dx_terrain_params_default(struct dx_terrain_params *p)
 {
     *p = (struct dx_terrain_params){.tilt_deg = 78.69, .noise_k = 4, .diag = DX_DIAG_SHORT};
-    p->ingest = (struct dx_ingest_params){.n_max = 16, .hold = -1};
+    p->ingest = (struct dx_ingest_params){.n_max = 16, .n_gap = 2, .hold = -1};
 }
 
 static const char *check_ingest(const struct dx_ingest_params *p)
 {
-    if (p->filter == DX_FILTER_MEAN && p->n_max == 0)
-        return "a mean needs at least one frame";
+    if (p->filter == DX_FILTER_MEAN && (p->n_max < 1 || p->n_max > 255))
+        return "a mean must be of 1 to 255 frames";
+    if (p->filter == DX_FILTER_MEAN && p->n_gap > 254)
+        return "gap must be at most 254 frames";
     if (!(p->hold <= 100)) /* what is below 0 stands for the default */
         return "hold must be from 0 to 100 sigmas";
     return NULL;

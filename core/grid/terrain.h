@@ -34,7 +34,8 @@ enum dx_filter {
 
 struct dx_ingest_params {
     enum dx_filter filter;
-    uint8_t n_max; /* frames that a mean counts at most, 1..255; default 16 */
+    uint32_t n_max; /* frames that a mean counts at most, 1..255; default 16 */
+    uint32_t n_gap; /* frames without a return that a mean bridges, 0..254; default 2 */
     /* An estimate that departs by so many sigmas from what is published makes its tile published
      * anew; 0: any difference. Below 0: DX_HOLD_SIGMAS with a filter, 0 without; the default. */
     double hold;
