@@ -24,6 +24,9 @@ static const struct dx_config_word seams[] = {{"auto", -1}, {"on", 1}, {"off", 0
 static const struct dx_config_word depths[] = {{"0", 0}, {"8", 1}, {"16", 2}, {NULL, 0}};
 static const struct dx_config_word file_depths[] = {
     {"auto", -1}, {"0", 0}, {"8", 1}, {"16", 2}, {NULL, 0}};
+static const struct dx_config_word filters[] = {
+    {"off", DX_FILTER_OFF}, {"mean", DX_FILTER_MEAN}, {"median3", DX_FILTER_MEDIAN3}, {NULL, 0}};
+static const struct dx_config_word holds[] = {{"auto", -1}, {NULL, 0}};
 static const struct dx_config_word diagonals[] = {
     {"fixed", DX_DIAG_FIXED}, {"short", DX_DIAG_SHORT}, {"bend", DX_DIAG_BEND}, {NULL, 0}};
 static const struct dx_config_word mixed[] = {
@@ -54,6 +57,28 @@ const struct dx_config_key dx_config_keys[] = {
      .preset = "33",
      .help = "Milliseconds: while a frame arrives in parts, the mesh of what is there is published at\n"
              "most this often, and at the end of the frame."},
+
+    {"streams[].ingest", DX_CONFIG_MAP, STREAM(mesh.ingest),
+     .help = "What becomes of the samples of a dexel from frame to frame."},
+    {"streams[].ingest.filter", DX_CONFIG_CHOICE, STREAM(mesh.ingest.filter), .words = filters,
+     .preset = "off",
+     .help = "off: the newest sample is taken.\n"
+             "mean: the mean of those that agree within the noise; stray ones are left out, gaps bridged,\n"
+             "and what moves is followed with the second frame.\n"
+             "median3: the median of the last three."},
+    {"streams[].ingest.frames", DX_CONFIG_UINT, STREAM(mesh.ingest.n_max), .min = 1, .max = 255,
+     .preset = "16",
+     .help = "Frames that a mean counts at most."},
+    {"streams[].ingest.gap", DX_CONFIG_UINT, STREAM(mesh.ingest.n_gap), .min = 0, .max = 254,
+     .preset = "2",
+     .help = "Frames without a return that a mean bridges."},
+    {"streams[].ingest.hold", DX_CONFIG_NUMBER, STREAM(mesh.ingest.hold), .min = 0, .max = 100,
+     .words = holds, .preset = "auto",
+     .help = "Sigmas: a tile is published anew when a dexel has departed so far from what is published.\n"
+             "0: any difference is published.\nauto: 1.5 with a filter, else 0."},
+    {"streams[].ingest.keyframe", DX_CONFIG_UINT, STREAM(mesh.ingest.keyframe), .min = 0,
+     .max = 1000000, .preset = "0",
+     .help = "Every so many frames all is published, whatever hold says.\n0: never."},
 
     {"streams[].mesh", DX_CONFIG_MAP, STREAM(mesh), .help = "Which neighbours are joined."},
     {"streams[].mesh.sigma", DX_CONFIG_NUMBERS, STREAM(mesh.sigma), STREAM_AT(mesh.sigma_given),

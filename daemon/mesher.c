@@ -327,6 +327,8 @@ static bool take_mail(struct dx_mesher *m)
             commit_mesh(m);
         break;
     case DX_MAIL_STATE:
+        if (m->terrain && mail.state != DX_STREAM_LIVE)
+            dx_terrain_forget(m->terrain); /* what comes after the interruption is seen anew */
         commit_mesh(m);
         send_epoch(m);
         if (m->terrain || mail.state != DX_STREAM_LIVE) /* nothing is live without a mesh */

@@ -145,6 +145,7 @@ void dx_terrain_args_default(struct dx_terrain_args *a)
 {
     *a = (struct dx_terrain_args){.fit = {.unit_m = 0, .seam = -1}};
     dx_terrain_params_default(&a->params);
+    a->params.ingest.hold = 0; /* it spares subscribers tiles; a file has none to spare */
 }
 
 /* The options that choose a rule by a word. */
@@ -185,6 +186,8 @@ static int set_rule(struct dx_terrain_params *p, const char *command, int opt, c
 int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt, const char *text)
 {
     static const char *const seams[] = {"auto", "off", "on", NULL};
+    static const char *const filters[] = {
+        [DX_FILTER_OFF] = "off", [DX_FILTER_MEAN] = "mean", [DX_FILTER_MEDIAN3] = "median3", NULL};
     int k;
 
     switch (opt) {
@@ -217,6 +220,13 @@ int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt,
     case DX_OPTION_PAPER:
         a->params.paper = true;
         return 0;
+    case DX_OPTION_FILTER:
+        k = dx_arg_choice(&(struct dx_arg){command, "--filter", text}, filters);
+        a->params.ingest.filter = k < 0 ? DX_FILTER_OFF : (enum dx_filter)k;
+        return k < 0 ? k : 0;
+    case DX_OPTION_HOLD:
+        return dx_arg_double(&a->params.ingest.hold, &(struct dx_arg){command, "--hold", text}, 0,
+                             100, "sigmas");
     default:
         return -EINVAL; /* getopt has said what it did not know */
     }

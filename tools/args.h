@@ -66,6 +66,8 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
                          DX_OPTION_SEAM,
                          DX_OPTION_UNIT,
                          DX_OPTION_PAPER,
+                         DX_OPTION_FILTER,
+                         DX_OPTION_HOLD,
 };
 
 /* Entries for the command's struct option table. */
@@ -80,6 +82,8 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
         {"caps", no_argument, NULL, DX_OPTION_CAPS},                                               \
         {"seam", required_argument, NULL, DX_OPTION_SEAM},                                         \
         {"unit", required_argument, NULL, DX_OPTION_UNIT},                                         \
+        {"filter", required_argument, NULL, DX_OPTION_FILTER},                                     \
+        {"hold", required_argument, NULL, DX_OPTION_HOLD},                                         \
     {                                                                                              \
         "paper", no_argument, NULL, DX_OPTION_PAPER                                                \
     }
@@ -98,7 +102,9 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
     "  --caps                close the polar holes of a full turn\n"                               \
     "  --seam auto|on|off    does column 0 follow the last one (auto)\n"                           \
     "  --unit M              range unit, metres (finest that holds the range in 16 bits)\n"        \
-    "  --paper               length <= --cap and nothing else: overrides the rest\n"
+    "  --paper               length <= --cap and nothing else: overrides the rest\n"               \
+    "  --filter off|mean|median3  over the frames up to the one that is meshed (off)\n"            \
+    "  --hold C              sigmas a dexel departs before it is taken over (0)\n"
 
 void dx_terrain_args_default(struct dx_terrain_args *a);
 /* `opt` is what getopt_long returned. 0; -EINVAL having said why. */

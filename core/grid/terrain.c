@@ -1,36 +1,22 @@
 /*
- * The published array and its mesh, tile by tile: what changed is marked when it is published,
- * marked tiles are computed anew at the commit, and a tile has changed when its content hash has.
+ * The published array and its mesh, tile by tile: what changed is marked when it is published
+ * (publish.c), marked tiles are computed anew at the commit, and a tile has changed when its
+ * content hash has.
  */
 #include "core/grid/terrain.h"
 
 #include "core/grid/faces.h"
 #include "core/grid/rules.h"
+#include "core/grid/terrain_priv.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct scratch {
     struct dx_rules_scratch rules;
     struct dx_tile tile;
-};
-
-struct dx_terrain {
-    struct dx_geometry *geometry;
-    struct dx_terrain_params params;
-    struct dx_tiling tiling;
-    struct dx_gates gates;
-    bool gates_set; /* with the first frame: the noise may come from it */
-    uint32_t fans;  /* DX_CAP_*: fans that would face the scanner */
-    struct dx_plane published;
-    uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
-    uint8_t *strut;             /* DX_BLOCK_DEXELS a tile */
-    uint64_t *hash;             /* a tile; 0 = no triangles */
-    uint64_t *marked, *changed; /* bits by tile number */
-    uint32_t *task;             /* tile numbers of the commit under way */
-    struct scratch *scratch;    /* one a thread of the pool */
-    unsigned n_scratch;
 };
 
 void dx_terrain_params_default(struct dx_terrain_params *p)
@@ -41,6 +27,18 @@ void dx_terrain_params_default(struct dx_terrain_params *p)
                                     .rescue = true,
                                     .mixed = DX_MIXED_AXIS,
                                     .bridge = 1};
+    p->ingest = (struct dx_ingest_params){.n_max = 16, .n_gap = 2, .hold = -1};
+}
+
+static const char *check_ingest(const struct dx_ingest_params *p)
+{
+    if (p->filter == DX_FILTER_MEAN && (p->n_max < 1 || p->n_max > 255))
+        return "a mean must be of 1 to 255 frames";
+    if (p->filter == DX_FILTER_MEAN && p->n_gap > 254)
+        return "gap must be at most 254 frames";
+    if (!(p->hold <= 100)) /* what is below 0 stands for the default */
+        return "hold must be from 0 to 100 sigmas";
+    return NULL;
 }
 
 const char *dx_terrain_params_check(const struct dx_terrain_params *p)
@@ -62,7 +60,15 @@ const char *dx_terrain_params_check(const struct dx_terrain_params *p)
         return "mixed must be off, axis or strict";
     if (p->bridge > 2)
         return "bridge must be 0, 1 or 2";
-    return NULL;
+    return check_ingest(&p->ingest);
+}
+
+/* The hold in 1/256 sigma. */
+static uint32_t hold_of(const struct dx_ingest_params *p)
+{
+    double hold = p->hold >= 0 ? p->hold : p->filter ? DX_HOLD_SIGMAS : 0;
+
+    return (uint32_t)rint(256 * hold);
 }
 
 static uint64_t *bits_new(uint32_t n)
@@ -94,11 +100,15 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->changed = bits_new((uint32_t)n_tiles);
     t->task = calloc(n_tiles, sizeof(*t->task));
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
+    t->hold = hold_of(&params->ingest);
+    t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
     r = dx_plane_init(&t->published, g->height, g->width, g->range_bytes, attr_bytes);
     if (r == 0)
+        r = dx_estimator_init(&t->estimator, &params->ingest, &t->published);
+    if (r == 0)
         r = dx_gates_init(&t->gates, g);
-    if (r == 0 &&
-        (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task || !t->scratch))
+    if (r == 0 && (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task ||
+                   !t->scratch || !t->estimate))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
@@ -116,6 +126,8 @@ void dx_terrain_free(struct dx_terrain *t)
     if (!t)
         return;
     dx_plane_fini(&t->published);
+    dx_estimator_fini(&t->estimator);
+    free(t->estimate);
     free(t->scratch);
     free(t->task);
     free(t->changed);
@@ -151,92 +163,6 @@ const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t)
 const uint64_t *dx_terrain_changed(const struct dx_terrain *t)
 {
     return t->changed;
-}
-
-/* ---- publishing ----------------------------------------------------------------------------- */
-
-/* Marks the tiles whose outcome dexels (row, col0..col1) can change: those that own a cell within
- * the rules' margin, and a dexel's own cells. */
-static void mark_tiles(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
-{
-    const struct dx_tiling *g = &t->tiling;
-    const uint32_t halo = t->gates.margin + 1;
-    uint32_t i0 = row > halo ? row - halo : 0;
-    uint32_t i1 = row + halo - 1 < g->cell_rows ? row + halo - 1 : g->cell_rows - 1;
-    int64_t j0 = (int64_t)col0 - halo, j1 = (int64_t)col1 + halo - 1;
-
-    if (!g->wrap) {
-        j0 = j0 < 0 ? 0 : j0;
-        j1 = j1 < g->cell_cols ? j1 : g->cell_cols - 1;
-    }
-    for (uint32_t ti = i0 / DX_TILE_CELLS; ti <= i1 / DX_TILE_CELLS; ti++)
-        for (int64_t j = j0; j <= j1;) {
-            uint32_t col = (uint32_t)((j + g->cell_cols) % g->cell_cols), tj = col / DX_TILE_CELLS;
-            uint32_t end = (tj + 1) * DX_TILE_CELLS, n = ti * g->cols + tj;
-
-            t->marked[n / 64] |= 1ull << (n % 64);
-            j += (end < g->cell_cols ? end : g->cell_cols) - col;
-        }
-}
-
-/* Copies `n` bytes of a row segment; whether they differed. */
-static bool replace(void *to, const void *from, size_t n)
-{
-    if (memcmp(to, from, n) == 0)
-        return false;
-    memcpy(to, from, n);
-    return true;
-}
-
-static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
-                            uint32_t col0, uint32_t n)
-{
-    size_t at = (size_t)row * frame->width + col0;
-    size_t rb = frame->range_bytes, ab = t->published.attr_bytes;
-    bool differs = replace((uint8_t *)t->published.range + at * rb,
-                           (const uint8_t *)frame->range + at * rb, n * rb);
-
-    if (ab)
-        differs |= replace((uint8_t *)t->published.attr + at * ab,
-                           (const uint8_t *)frame->attr + at * ab, n * ab);
-    if (differs)
-        mark_tiles(t, row, col0, col0 + n - 1);
-}
-
-static void mark_all(struct dx_terrain *t)
-{
-    for (uint32_t k = 0; k < dx_tiling_n_tiles(&t->tiling); k++)
-        t->marked[k / 64] |= 1ull << (k % 64);
-}
-
-/* The noise, from the first frame that can tell it, and the constants that follow from it. */
-static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
-{
-    t->params.sigma_given = dx_noise_estimate(t->params.sigma, frame, t->geometry);
-    if (t->gates_set && !t->params.sigma_given)
-        return; /* the floor still */
-    dx_gates_set(&t->gates, t->geometry, &t->params);
-    t->gates_set = true;
-    mark_all(t);
-}
-
-void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
-                        uint32_t n_cols)
-{
-    if (!t->params.sigma_given && (n_cols == frame->width || !t->gates_set))
-        settle_noise(t, frame);
-    if (!t->gates_set) {
-        dx_gates_set(&t->gates, t->geometry, &t->params);
-        t->gates_set = true;
-    }
-    for (uint32_t i = 0; i < frame->height; i++)
-        for (uint32_t j = col0; j < col0 + n_cols;) {
-            uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
-
-            end = end < col0 + n_cols ? end : col0 + n_cols;
-            publish_segment(t, frame, i, j, end - j);
-            j = end;
-        }
 }
 
 /* ---- committing ----------------------------------------------------------------------------- */

@@ -25,7 +25,27 @@ enum dx_mixed {
     DX_MIXED_STRICT = 2, /* besides, joined to at most three of its eight neighbours */
 };
 
+/* What becomes of a dexel's samples over the frames: estimator.h. */
+enum dx_filter {
+    DX_FILTER_OFF = 0,     /* the newest sample */
+    DX_FILTER_MEAN = 1,    /* mean of up to n_max that agree; stray ones left out, gaps bridged */
+    DX_FILTER_MEDIAN3 = 2, /* median of the last three */
+};
+
+struct dx_ingest_params {
+    enum dx_filter filter;
+    uint32_t n_max; /* frames that a mean counts at most, 1..255; default 16 */
+    uint32_t n_gap; /* frames without a return that a mean bridges, 0..254; default 2 */
+    /* An estimate that departs by so many sigmas from what is published makes its tile published
+     * anew; 0: any difference. Below 0: DX_HOLD_SIGMAS with a filter, 0 without; the default. */
+    double hold;
+    uint32_t keyframe; /* every so many frames everything is published; 0: never */
+};
+
+#define DX_HOLD_SIGMAS 1.5
+
 struct dx_terrain_params {
+    struct dx_ingest_params ingest;
     double sigma[3];  /* s0 (m), s1 (1), s2 (1/m): sigma(r) = s0 + s1 r + s2 r^2, 1 sigma */
     bool sigma_given; /* false: estimated from the first frame, then kept */
     double
@@ -66,12 +86,19 @@ const struct dx_plane *dx_terrain_published(const struct dx_terrain *t);
 const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t);
 
 /*
- * Publishes columns [col0, col0 + n_cols) of `frame` (of the array's size; n_cols = width for a
- * whole frame) and marks the tiles they touch. Where the noise was not given, the first whole frame
- * that can tell it settles it (dx_terrain_params); until then it is the floor.
+ * Takes columns [col0, col0 + n_cols) of `frame` (of the array's size; n_cols = width for a whole
+ * frame; each column once a frame), publishes what params.ingest lets through, and marks the tiles
+ * that it touches. After each call, for each dexel of those columns: it is published iff it has an
+ * estimate, and within max(hold * sigma, half a unit) of it. Where the noise was not given, the
+ * first whole frame that can tell it settles it (dx_terrain_params); until then it is the floor for
+ * the mesh, samples are not averaged, and every difference is published.
  */
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                         uint32_t n_cols);
+
+/* The stream was interrupted: samples from before say nothing about those to come. What is
+ * published stays until they do. */
+void dx_terrain_forget(struct dx_terrain *t);
 
 /*
  * Computes the marked tiles anew, on the pool (NULL: on the caller), and returns how many changed;

@@ -64,6 +64,11 @@ static void test_defaults(void **state)
     assert_int_equal(c.streams[0].mesh.diag, mesh.diag);
     assert_int_equal(c.streams[0].mesh.paper, mesh.paper);
     assert_int_equal(c.streams[0].mesh.sigma_given, mesh.sigma_given);
+    assert_int_equal(c.streams[0].mesh.ingest.filter, mesh.ingest.filter);
+    assert_int_equal(c.streams[0].mesh.ingest.n_max, mesh.ingest.n_max);
+    assert_int_equal(c.streams[0].mesh.ingest.n_gap, mesh.ingest.n_gap);
+    assert_true(c.streams[0].mesh.ingest.hold == mesh.ingest.hold);
+    assert_int_equal(c.streams[0].mesh.ingest.keyframe, mesh.ingest.keyframe);
 
     synth = &c.streams[0].source.synthetic;
     dx_scene_config_default(&scene, DX_SCENE_HALL);
@@ -122,6 +127,26 @@ static void test_synthetic(void **state)
     assert_true(s->source.synthetic.fps == 2.5 && s->source.synthetic.rate == 0);
     assert_true(s->source.synthetic.n_frames == 7 && s->source.synthetic.loop);
     assert_int_equal(s->source.synthetic.part_cols, 16);
+    dx_config_fini(&c);
+}
+
+static void test_ingest(void **state)
+{
+    struct dx_config c;
+    const struct dx_ingest_params *p;
+
+    (void)state;
+    good(&c,
+         SYNTHETIC "    ingest: {filter: median3, hold: 2.5, frames: 255, gap: 0, keyframe: 9}\n"
+                   "  - name: b\n    synthetic:\n    ingest: {filter: mean, hold: auto}\n"
+                   "  - name: c\n    synthetic:\n    ingest: {hold: 0}\n");
+    p = &c.streams[0].mesh.ingest;
+    assert_int_equal(p->filter, DX_FILTER_MEDIAN3);
+    assert_true(p->hold == 2.5);
+    assert_true(p->n_max == 255 && p->n_gap == 0 && p->keyframe == 9);
+    assert_int_equal(c.streams[1].mesh.ingest.filter, DX_FILTER_MEAN);
+    assert_true(c.streams[1].mesh.ingest.hold < 0);
+    assert_true(c.streams[2].mesh.ingest.hold == 0);
     dx_config_fini(&c);
 }
 
@@ -237,6 +262,12 @@ static void test_print(void **state)
                                    "streams:\n"
                                    "  - name: \"hall\"\n"
                                    "    commit_ms: 33\n"
+                                   "    ingest:\n"
+                                   "      filter: off\n"
+                                   "      frames: 16\n"
+                                   "      gap: 2\n"
+                                   "      hold: auto\n"
+                                   "      keyframe: 0\n"
                                    "    mesh:\n"
                                    "      sigma: [0.002, 0, 0]\n"
                                    "      tilt: 78.69\n";
@@ -416,12 +447,12 @@ static void test_example(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_defaults), cmocka_unit_test(test_synthetic),
-        cmocka_unit_test(test_file),     cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_print),    cmocka_unit_test(test_print_escapes),
-        cmocka_unit_test(test_locale),   cmocka_unit_test(test_load),
-        cmocka_unit_test(test_replay),   cmocka_unit_test(test_man_page),
-        cmocka_unit_test(test_example),
+        cmocka_unit_test(test_defaults),      cmocka_unit_test(test_synthetic),
+        cmocka_unit_test(test_ingest),        cmocka_unit_test(test_file),
+        cmocka_unit_test(test_truncated),     cmocka_unit_test(test_print),
+        cmocka_unit_test(test_print_escapes), cmocka_unit_test(test_locale),
+        cmocka_unit_test(test_load),          cmocka_unit_test(test_replay),
+        cmocka_unit_test(test_man_page),      cmocka_unit_test(test_example),
     };
 
     if (argc == 2 && !strcmp(argv[1], "keys")) {

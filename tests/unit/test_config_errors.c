@@ -110,6 +110,12 @@ static void test_stream_scalars(void **state)
          "t.yaml:3:19: streams[0].mesh.paper: found 'maybe', expected yes or no"},
         {STREAM "    mesh: {diag: bend}",
          "t.yaml:3:18: streams[0].mesh.diag: found 'bend', expected fixed or short"},
+        {STREAM "    ingest: {filter: best}",
+         "t.yaml:3:22: streams[0].ingest.filter: found 'best', expected off, mean or median3"},
+        {STREAM "    ingest: {frames: 0}",
+         "t.yaml:3:22: streams[0].ingest.frames: found '0', expected a whole number from 1 to 255"},
+        {STREAM "    ingest: {hold: -1}", "t.yaml:3:20: streams[0].ingest.hold: found '-1', "
+                                          "expected auto or a number from 0 to 100"},
         {STREAM "    file: {path: x, rate: fast}",
          "t.yaml:3:27: streams[0].file.rate: found 'fast', expected real, max or a number from "
          "0.001 to 1000"},

@@ -1,0 +1,67 @@
+/*
+ * What a dexel's range is, from the frames so far: nothing but the newest frame (off), a mean with
+ * two hypotheses (mean), or the median of the last three frames (median3); docs/terrain.md has the
+ * rules. All in integers. Columns may come in any parts: a dexel's estimate depends on its own
+ * samples alone. Owned by one terrain; allocates when it is made and never after.
+ */
+#ifndef DX_ESTIMATOR_H
+#define DX_ESTIMATOR_H
+
+#include "core/grid/sigma.h"
+#include "core/grid/terrain.h"
+
+/* Bits of a unit's fraction in an estimate. */
+#define DX_ESTIMATE_FRACTION 8
+
+/* Ranges from here on do not fit an estimate's 32 bits: they are taken as they come. */
+#define DX_ESTIMATE_TOO_FAR (1u << 24)
+
+/*
+ * One dexel of the mean. est and alt are in 1/256 unit. n: samples in est, at most the filter's
+ * memory. est 0: no return. n 0 and est not: a range too far to be filtered, in whole units.
+ */
+struct dx_hypotheses {
+    uint32_t est, alt;
+    uint8_t n, alt_n;  /* samples in est, in alt (0: there is none) */
+    uint8_t n_missing; /* frames without a return since est was confirmed */
+    uint8_t n_astray;  /* samples far from est since it was confirmed */
+};
+
+struct dx_reciprocal {
+    uint32_t factor, shift;
+};
+
+struct dx_estimator {
+    enum dx_filter filter;
+    uint32_t n_max; /* samples a mean counts at most */
+    uint32_t n_gap; /* frames without a return that it bridges */
+    bool settled;   /* the noise is known; until then samples are taken as they come */
+    struct dx_sigma sigma;
+    uint32_t surely_near;       /* 1/256 unit: within the gate at every range */
+    struct dx_hypotheses *mean; /* MEAN: by dexel */
+    struct dx_plane last[2];    /* MEDIAN3: the two frames before the next */
+    struct dx_plane newest;     /* attributes alone: of each dexel's newest return; unless OFF */
+    uint32_t *n_taken;          /* by column: how often it has come */
+    struct dx_reciprocal reciprocal[256];
+};
+
+/* For planes like `plane`. Errors: -ENOMEM. */
+int dx_estimator_init(struct dx_estimator *e, const struct dx_ingest_params *params,
+                      const struct dx_plane *plane);
+void dx_estimator_fini(struct dx_estimator *e);
+
+/* The noise is known from here on. */
+void dx_estimator_settle(struct dx_estimator *e, const struct dx_sigma *sigma);
+
+/* Forgets all samples; the noise stays. */
+void dx_estimator_forget(struct dx_estimator *e);
+
+/* Columns of a frame have come: to be called once for them, before their rows are taken. */
+void dx_estimator_begin(struct dx_estimator *e, const struct dx_plane *frame, uint32_t col0,
+                        uint32_t n_cols);
+
+/* Takes samples (row, col0..col0 + n) of a frame; estimate[k] in 1/256 unit, 0: no return. */
+void dx_estimator_take(struct dx_estimator *e, const struct dx_plane *frame, uint32_t row,
+                       uint32_t col0, uint32_t n, uint64_t *estimate);
+
+#endif

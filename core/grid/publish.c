@@ -1,0 +1,234 @@
+/*
+ * From frames to the published array. Without a hold every difference is published. With one, the
+ * dexels of a tile are published together as soon as one of them has moved: it costs nothing more,
+ * since the tile is sent anyway, and leaves every dexel in the middle of its hold again. (Dexels
+ * published one by one stay at the edges of theirs, and of a tile's thousands one always crosses.)
+ */
+#include "core/grid/terrain_priv.h"
+
+#include <string.h>
+
+/* Triangles that a normal of the tile counts belong to cells or struts within this distance of the
+ * tile's own: struts reach two dexels out of it, and those that meet them there three more. */
+#define NORMAL_REACH 5
+
+/* Marks the tiles whose outcome dexels (row, col0..col1) can change: those that own a cell within
+ * the rules' margin (and the normals' reach) of them, and a dexel's own cells. */
+static void mark_tiles(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
+{
+    const struct dx_tiling *g = &t->tiling;
+    const uint32_t halo = t->gates.margin + (t->params.normals ? NORMAL_REACH : 0) + 1;
+    uint32_t i0 = row > halo ? row - halo : 0;
+    uint32_t i1 = row + halo - 1 < g->cell_rows ? row + halo - 1 : g->cell_rows - 1;
+    int64_t j0 = (int64_t)col0 - halo, j1 = (int64_t)col1 + halo - 1;
+
+    if (!g->wrap) {
+        j0 = j0 < 0 ? 0 : j0;
+        j1 = j1 < g->cell_cols ? j1 : g->cell_cols - 1;
+    }
+    for (uint32_t ti = i0 / DX_TILE_CELLS; ti <= i1 / DX_TILE_CELLS; ti++)
+        for (int64_t j = j0; j <= j1;) {
+            uint32_t col = (uint32_t)((j + 2 * (int64_t)g->cell_cols) % g->cell_cols);
+            uint32_t tj = col / DX_TILE_CELLS, end = (tj + 1) * DX_TILE_CELLS;
+            uint32_t n = ti * g->cols + tj;
+
+            t->marked[n / 64] |= 1ull << (n % 64);
+            j += (end < g->cell_cols ? end : g->cell_cols) - col;
+        }
+}
+
+static void mark_all(struct dx_terrain *t)
+{
+    for (uint32_t k = 0; k < dx_tiling_n_tiles(&t->tiling); k++)
+        t->marked[k / 64] |= 1ull << (k % 64);
+}
+
+/* ---- the noise ------------------------------------------------------------------------------ */
+
+/* The constants that follow from the noise as it is known now. */
+static void set_noise(struct dx_terrain *t)
+{
+    dx_gates_set(&t->gates, t->geometry, &t->params);
+    t->gates_set = true;
+    if (t->params.sigma_given)
+        dx_estimator_settle(&t->estimator, &t->gates.sigma);
+}
+
+/* From the first frame that can tell it. */
+static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
+{
+    t->params.sigma_given = dx_noise_estimate(t->params.sigma, frame, t->geometry);
+    if (t->gates_set && !t->params.sigma_given)
+        return; /* the floor still */
+    set_noise(t);
+    mark_all(t);
+}
+
+/* ---- frames as they are --------------------------------------------------------------------- */
+
+/* Copies `n` bytes of a row segment; whether they differed. */
+static bool replace(void *to, const void *from, size_t n)
+{
+    if (memcmp(to, from, n) == 0)
+        return false;
+    memcpy(to, from, n);
+    return true;
+}
+
+static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
+                            uint32_t col0, uint32_t n)
+{
+    size_t at = (size_t)row * frame->width + col0;
+    size_t rb = frame->range_bytes, ab = t->published.attr_bytes;
+    bool differs = replace((uint8_t *)t->published.range + at * rb,
+                           (const uint8_t *)frame->range + at * rb, n * rb);
+
+    if (ab)
+        differs |= replace((uint8_t *)t->published.attr + at * ab,
+                           (const uint8_t *)frame->attr + at * ab, n * ab);
+    if (differs)
+        mark_tiles(t, row, col0, col0 + n - 1);
+}
+
+static void publish_frame(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
+                          uint32_t n_cols)
+{
+    for (uint32_t i = 0; i < frame->height; i++)
+        for (uint32_t j = col0; j < col0 + n_cols;) {
+            uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
+
+            end = end < col0 + n_cols ? end : col0 + n_cols;
+            publish_segment(t, frame, i, j, end - j);
+            j = end;
+        }
+}
+
+/* ---- estimates, part by part ---------------------------------------------------------------- */
+
+/* The dexels of one tile that are at hand. */
+struct part {
+    uint32_t row0, n_rows, col0, n_cols;
+    const struct dx_plane *attr; /* where their attributes are */
+    uint32_t hold;               /* in force: 0 until the noise is known */
+    uint64_t surely_held;        /* 1/256 unit: within the hold at every range */
+};
+
+static uint32_t rounded(uint64_t estimate)
+{
+    return (uint32_t)((estimate + (1u << (DX_ESTIMATE_FRACTION - 1))) >> DX_ESTIMATE_FRACTION);
+}
+
+static uint64_t hold_at(const struct dx_terrain *t, uint32_t hold, uint32_t range)
+{
+    return (uint64_t)hold * dx_sigma_at(&t->gates.sigma, range) >> 8;
+}
+
+/* Whether a dexel has moved too far from what is published. One that rounds to the same range has
+ * not: publishing it would change nothing. */
+static bool has_moved(const struct dx_terrain *t, const struct part *p, uint64_t estimate,
+                      uint32_t published)
+{
+    uint64_t at = (uint64_t)published << DX_ESTIMATE_FRACTION;
+    uint64_t distance = estimate > at ? estimate - at : at - estimate;
+
+    if ((estimate != 0) != (published != 0))
+        return true;
+    if (distance <= p->surely_held)
+        return false;
+    return rounded(estimate) != published && distance > hold_at(t, p->hold, published);
+}
+
+/* A hold is over ranges; an attribute alone (the intensity's noise) does not end it. */
+static bool row_has_moved(const struct dx_terrain *t, const struct part *p, uint32_t row,
+                          const uint64_t *estimate)
+{
+    size_t at = (size_t)row * t->published.width + p->col0;
+
+    for (uint32_t k = 0; k < p->n_cols; k++)
+        if (has_moved(t, p, estimate[k], dx_plane_range(&t->published, at + k)) ||
+            (p->hold == 0 &&
+             dx_plane_attr(p->attr, at + k) != dx_plane_attr(&t->published, at + k)))
+            return true;
+    return false;
+}
+
+static void publish_row(struct dx_terrain *t, const struct part *p, uint32_t row,
+                        const uint64_t *estimate)
+{
+    uint32_t first = UINT32_MAX, last = 0;
+
+    for (uint32_t k = 0; k < p->n_cols; k++) {
+        size_t at = (size_t)row * t->published.width + p->col0 + k;
+        uint32_t range = rounded(estimate[k]), attr = dx_plane_attr(p->attr, at);
+
+        if (dx_plane_range(&t->published, at) == range && dx_plane_attr(&t->published, at) == attr)
+            continue;
+        dx_plane_set_range(&t->published, at, range);
+        dx_plane_set_attr(&t->published, at, attr);
+        first = first < k ? first : k;
+        last = k;
+    }
+    if (first != UINT32_MAX)
+        mark_tiles(t, row, p->col0 + first, p->col0 + last);
+}
+
+static void publish_part(struct dx_terrain *t, const struct dx_plane *frame, const struct part *p)
+{
+    uint32_t keyframe = t->params.ingest.keyframe;
+    bool due = keyframe && t->estimator.n_taken[p->col0] % keyframe == 0;
+
+    for (uint32_t i = 0; i < p->n_rows; i++) {
+        uint64_t *estimate = t->estimate + (size_t)i * DX_PART_SIDE;
+
+        dx_estimator_take(&t->estimator, frame, p->row0 + i, p->col0, p->n_cols, estimate);
+        due = due || row_has_moved(t, p, p->row0 + i, estimate);
+    }
+    for (uint32_t i = 0; due && i < p->n_rows; i++)
+        publish_row(t, p, p->row0 + i, t->estimate + (size_t)i * DX_PART_SIDE);
+}
+
+/* Where the dexels of tile row or column `n` of `n_tiles` end: the last ones take the rest. */
+static uint32_t part_end(uint32_t n, uint32_t n_tiles, uint32_t side)
+{
+    return n + 1 < n_tiles ? (n + 1) * DX_TILE_CELLS : side;
+}
+
+static void publish_estimates(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
+                              uint32_t n_cols)
+{
+    const struct dx_tiling *g = &t->tiling;
+    struct part p = {.attr = t->params.ingest.filter ? &t->estimator.newest : frame,
+                     .hold = t->params.sigma_given ? t->hold : 0};
+
+    p.surely_held = hold_at(t, p.hold, 0);
+    dx_estimator_begin(&t->estimator, frame, col0, n_cols);
+    for (uint32_t ti = 0; ti < g->rows; ti++) {
+        p.row0 = ti * DX_TILE_CELLS;
+        p.n_rows = part_end(ti, g->rows, g->height) - p.row0;
+        for (p.col0 = col0; p.col0 < col0 + n_cols; p.col0 += p.n_cols) {
+            uint32_t tj = p.col0 / DX_TILE_CELLS < g->cols ? p.col0 / DX_TILE_CELLS : g->cols - 1;
+            uint32_t end = part_end(tj, g->cols, g->width);
+
+            p.n_cols = (end < col0 + n_cols ? end : col0 + n_cols) - p.col0;
+            publish_part(t, frame, &p);
+        }
+    }
+}
+
+void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
+                        uint32_t n_cols)
+{
+    if (!t->params.sigma_given && (n_cols == frame->width || !t->gates_set))
+        settle_noise(t, frame);
+    if (!t->gates_set)
+        set_noise(t);
+    if (t->params.ingest.filter == DX_FILTER_OFF && t->hold == 0)
+        publish_frame(t, frame, col0, n_cols);
+    else
+        publish_estimates(t, frame, col0, n_cols);
+}
+
+void dx_terrain_forget(struct dx_terrain *t)
+{
+    dx_estimator_forget(&t->estimator);
+}

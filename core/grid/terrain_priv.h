@@ -1,0 +1,32 @@
+/* Inside terrain mode: what publishing (publish.c) and committing (terrain.c) share. */
+#ifndef DX_TERRAIN_PRIV_H
+#define DX_TERRAIN_PRIV_H
+
+#include "core/grid/estimator.h"
+#include "core/grid/gates.h"
+#include "core/grid/terrain.h"
+
+/* The dexels that belong to a tile: 64 x 64, and one row and column more in the last ones. */
+#define DX_PART_SIDE (DX_TILE_CELLS + 1)
+
+struct dx_terrain {
+    struct dx_geometry *geometry;
+    struct dx_terrain_params params;
+    struct dx_tiling tiling;
+    struct dx_gates gates;
+    bool gates_set; /* with the first frame: the noise may come from it */
+    uint32_t fans;  /* DX_CAP_*: fans that would face the scanner */
+    struct dx_estimator estimator;
+    uint32_t hold;      /* 1/256 sigma */
+    uint64_t *estimate; /* DX_PART_SIDE^2: of the part that is being published */
+    struct dx_plane published;
+    uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
+    uint8_t *strut;             /* DX_BLOCK_DEXELS a tile */
+    uint64_t *hash;             /* a tile; 0 = no triangles */
+    uint64_t *marked, *changed; /* bits by tile number */
+    uint32_t *task;             /* tile numbers of the commit under way */
+    struct scratch *scratch;    /* one a thread of the pool */
+    unsigned n_scratch;
+};
+
+#endif
