@@ -167,105 +167,28 @@ const uint64_t *dx_terrain_changed(const struct dx_terrain *t)
 
 /* ---- committing ----------------------------------------------------------------------------- */
 
-/* Which rectangle of the grid a tile is, without its samples. */
-static void describe(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile)
+/* Phase one: the outcome of a marked tile. */
+static void decide_tile(void *ctx, uint32_t task, unsigned thread)
 {
-    const struct dx_tiling *g = &t->tiling;
-    uint32_t row = number / g->cols, col = number % g->cols;
-    uint32_t rows = g->cell_rows - row * DX_TILE_CELLS, cols = g->cell_cols - col * DX_TILE_CELLS;
+    struct dx_terrain *t = ctx;
+    size_t number = t->task[task];
+    struct scratch *s = &t->scratch[thread];
 
-    tile->row = (uint16_t)row;
-    tile->col = (uint16_t)col;
-    tile->cell_rows = (uint8_t)(rows < DX_TILE_CELLS ? rows : DX_TILE_CELLS);
-    tile->cell_cols = (uint8_t)(cols < DX_TILE_CELLS ? cols : DX_TILE_CELLS);
-    tile->attr_bytes = t->published.attr_bytes;
+    dx_terrain_describe(t, t->task[task], &s->tile);
+    dx_rules_apply(&s->tile, &s->rules, &t->published, &t->tiling, t->geometry, &t->gates);
+    memcpy(t->code + number * sizeof(s->tile.code), s->tile.code, sizeof(s->tile.code));
+    memcpy(t->strut + number * sizeof(s->tile.strut), s->tile.strut, sizeof(s->tile.strut));
 }
 
-/* n samples of the array from element k on, widened to what a tile holds. */
-static void gather_run(const struct dx_plane *p, size_t k, uint32_t n, uint32_t *range,
-                       uint16_t *attr)
-{
-    if (p->range_bytes == 4)
-        memcpy(range, (const uint32_t *)p->range + k, n * sizeof(*range));
-    else
-        for (uint32_t j = 0; j < n; j++)
-            range[j] = ((const uint16_t *)p->range)[k + j];
-    if (p->attr_bytes == 2)
-        memcpy(attr, (const uint16_t *)p->attr + k, n * sizeof(*attr));
-    else if (p->attr_bytes == 1)
-        for (uint32_t j = 0; j < n; j++)
-            attr[j] = ((const uint8_t *)p->attr)[k + j];
-}
-
-/* One block row of a tile whose first block column is column `col` of the grid (-1: the one before
- * it), which is the grid's row `row`. */
-static void gather_row(const struct dx_terrain *t, uint32_t row, int64_t col, uint32_t *range,
-                       uint16_t *attr)
-{
-    const struct dx_plane *p = &t->published;
-    uint32_t j = !t->tiling.wrap && col < 0, n;
-
-    if (j)
-        range[0] = attr[0] = 0;
-    for (; j < DX_BLOCK; j += n) {
-        uint32_t at =
-            (uint32_t)((col + j + p->width) % p->width); /* past the seam: from column 0 */
-
-        if (!t->tiling.wrap && col + j >= p->width)
-            break;
-        n = DX_BLOCK - j < p->width - at ? DX_BLOCK - j : p->width - at;
-        gather_run(p, (size_t)row * p->width + at, n, range + j, attr + j);
-    }
-    memset(range + j, 0, (DX_BLOCK - j) * sizeof(*range));
-    memset(attr + j, 0, (DX_BLOCK - j) * sizeof(*attr));
-}
-
-/* The samples of a tile's block: struts use dexels beside its own cells. 0 outside the grid. */
-static void gather(const struct dx_terrain *t, struct dx_tile *tile)
-{
-    int64_t row = (int64_t)tile->row * DX_TILE_CELLS - 1;
-    int64_t col = (int64_t)tile->col * DX_TILE_CELLS - 1;
-
-    for (uint32_t i = 0; i < DX_BLOCK; i++, row++) {
-        uint32_t *range = tile->range + (size_t)i * DX_BLOCK;
-        uint16_t *attr = tile->attr + (size_t)i * DX_BLOCK;
-
-        if (row >= 0 && row < t->published.height) {
-            gather_row(t, (uint32_t)row, col, range, attr);
-        } else {
-            memset(range, 0, DX_BLOCK * sizeof(*range));
-            memset(attr, 0, DX_BLOCK * sizeof(*attr));
-        }
-    }
-}
-
-bool dx_terrain_tile(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile)
-{
-    describe(t, number, tile);
-    memcpy(tile->code, t->code + (size_t)number * sizeof(tile->code), sizeof(tile->code));
-    memcpy(tile->strut, t->strut + (size_t)number * sizeof(tile->strut), sizeof(tile->strut));
-    if (t->hash[number] == 0)
-        return false;
-    gather(t, tile);
-    return true;
-}
-
-static void compute_tile(void *ctx, uint32_t task, unsigned thread)
+/* Phase two: whether it has changed. After all outcomes, since normals look at neighbours. Tasks
+ * write disjoint words: one hash a tile; the changed bits are set by the caller. */
+static void compare_tile(void *ctx, uint32_t task, unsigned thread)
 {
     struct dx_terrain *t = ctx;
     uint32_t number = t->task[task];
-    struct scratch *s = &t->scratch[thread];
-    uint64_t hash = 0;
+    struct dx_tile *tile = &t->scratch[thread].tile;
+    uint64_t hash = dx_terrain_tile(t, number, tile) ? dx_tile_hash(tile) : 0;
 
-    describe(t, number, &s->tile);
-    dx_rules_apply(&s->tile, &s->rules, &t->published, &t->tiling, t->geometry, &t->gates);
-    if (dx_rules_any(&s->tile)) {
-        gather(t, &s->tile);
-        hash = dx_tile_hash(&s->tile);
-    }
-    memcpy(t->code + (size_t)number * sizeof(s->tile.code), s->tile.code, sizeof(s->tile.code));
-    memcpy(t->strut + (size_t)number * sizeof(s->tile.strut), s->tile.strut, sizeof(s->tile.strut));
-    /* tasks write disjoint words: one hash a tile; the changed bits are set by the caller */
     t->task[task] = hash != t->hash[number] ? number : UINT32_MAX;
     t->hash[number] = hash;
 }
@@ -279,7 +202,8 @@ uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
         if (t->marked[k / 64] >> (k % 64) & 1)
             t->task[n++] = k;
     memset(t->marked, 0, ((size_t)n_tiles / 64 + 1) * sizeof(*t->marked));
-    dx_pool_run(pool, n, compute_tile, t);
+    dx_pool_run(pool, n, decide_tile, t);
+    dx_pool_run(pool, n, compare_tile, t);
     for (uint32_t k = 0; k < n; k++)
         if (t->task[k] != UINT32_MAX) {
             t->changed[t->task[k] / 64] |= 1ull << (t->task[k] % 64);

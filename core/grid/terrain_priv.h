@@ -1,4 +1,5 @@
-/* Inside terrain mode: what publishing (publish.c) and committing (terrain.c) share. */
+/* Inside terrain mode: what publishing (publish.c), committing (terrain.c) and reading out
+ * (terrain_tile.c) share. */
 #ifndef DX_TERRAIN_PRIV_H
 #define DX_TERRAIN_PRIV_H
 
@@ -28,5 +29,8 @@ struct dx_terrain {
     struct scratch *scratch;    /* one a thread of the pool */
     unsigned n_scratch;
 };
+
+/* Which rectangle of the grid a tile is, without its outcome and samples. */
+void dx_terrain_describe(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile);
 
 #endif
