@@ -125,10 +125,11 @@ static inline bool is_capped(const struct oracle *o, bool last)
             return false;
     }
     for (int64_t j = 1; j + 1 < width; j++) {
+        double normal2;
         int64_t v[3];
 
         cap_triangle(o, last, j, v);
-        if (o->g->flip ? !(orientation(o, v) > 0) : !(orientation(o, v) < 0))
+        if (!(orientation(o, v, &normal2) > 0))
             return false;
     }
     return true;
