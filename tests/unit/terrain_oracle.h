@@ -125,11 +125,10 @@ static inline bool is_capped(const struct oracle *o, bool last)
             return false;
     }
     for (int64_t j = 1; j + 1 < width; j++) {
-        double normal2;
         int64_t v[3];
 
         cap_triangle(o, last, j, v);
-        if (!(orientation(o, v, &normal2) > 0))
+        if (!sees_scanner(o, v))
             return false;
     }
     return true;

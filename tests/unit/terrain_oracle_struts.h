@@ -97,12 +97,15 @@ static inline void strut_shapes_init(struct strut_shapes *s)
     }
 }
 
-/* det of a triangle's directions, positive where it sees the scanner; and the squared length of
- * (d1-d0) x (d2-d0). */
-static inline double orientation(const struct oracle *o, const int64_t v[3], double *normal2)
+/*
+ * Whether a triangle sees the scanner, by a margin: the plane through its directions is more than
+ * half a unit away. Where one is seen edge-on, the rounding of the tables would decide; and on even
+ * grids one column speaks for all.
+ */
+static inline bool sees_scanner(const struct oracle *o, const int64_t v[3])
 {
     const uint32_t w = o->g->width;
-    double d[3][3], x[3], y[3], n[3];
+    double d[3][3], x[3], y[3], n[3], det;
 
     for (int m = 0; m < 3; m++)
         dx_geometry_direction(o->g, (uint32_t)(v[m] / w), (uint32_t)(v[m] % w), d[m]);
@@ -113,18 +116,8 @@ static inline double orientation(const struct oracle *o, const int64_t v[3], dou
     n[0] = x[1] * y[2] - x[2] * y[1];
     n[1] = x[2] * y[0] - x[0] * y[2];
     n[2] = x[0] * y[1] - x[1] * y[0];
-    *normal2 = dot(n, n);
-    return o->g->flip ? dot(d[0], n) : -dot(d[0], n);
-}
-
-/* By a margin: the plane through the directions is more than half a unit away. Where a triangle is
- * seen edge-on the rounding of the tables would decide; and on even grids one column speaks for
- * all. */
-static inline bool sees_scanner(const struct oracle *o, const int64_t v[3])
-{
-    double normal2, det = orientation(o, v, &normal2);
-
-    return det > 0 && 4 * det * det > normal2;
+    det = o->g->flip ? dot(d[0], n) : -dot(d[0], n);
+    return det > 0 && det * det > 0.25 * dot(n, n);
 }
 
 /* Whether all that a strut of this direction and length can make here would see the scanner. */
