@@ -148,8 +148,8 @@ static inline int64_t span_constant(const struct oracle *o, const struct run *r)
 }
 
 /* A run that could be spanned. */
-static inline bool is_available(const struct oracle *o, const struct strut_shapes *s,
-                                struct run *r, int64_t i, int64_t j, bool across)
+static inline bool is_available(const struct oracle *o, const struct strut_shapes *s, struct run *r,
+                                int64_t i, int64_t j, bool across)
 {
     int64_t a, b;
 
