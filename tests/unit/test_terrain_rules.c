@@ -107,6 +107,24 @@ static void dead_lines_are_closed(void **state)
         }
 }
 
+/* Triangles of cells and of struts have sides that are edges, where those join neighbours: what is
+ * not joined stays apart. Longer sides are struts and cuts. */
+static void check_sides(const struct whole_mesh *w, const struct dx_geometry *g,
+                        const struct dx_plane *p, const struct dx_terrain_params *q)
+{
+    struct oracle o;
+
+    oracle_init(&o, g, p, q);
+    for (size_t k = 0; k < w->n; k++) {
+        const struct flat f = flatten(&w->triangle[k], g);
+
+        for (int m = 0, n = 1; m < 3; m++, n = (n + 1) % 3)
+            if (llabs(f.row[n] - f.row[m]) <= 1 && llabs(f.col[n] - f.col[m]) <= 1)
+                assert_true(is_edge(&o, f.row[m], f.col[m], f.row[n], f.col[n]));
+    }
+    oracle_fini(&o);
+}
+
 /* Any rules on any small frame: every pattern of missing dexels and broken edges, at every border.
  */
 static void any_frame_keeps_the_invariants(void **state)
@@ -131,6 +149,7 @@ static void any_frame_keeps_the_invariants(void **state)
         q.caps = true;
         w = oracle_mesh_of(g, &p, &q);
         check_mesh(&w, g, &p);
+        check_sides(&w, g, &p, &q);
         caps = oracle_caps(g, &p, &q);
         add_caps(&w, g, caps);
         check_closed(&w, g);
@@ -141,6 +160,35 @@ static void any_frame_keeps_the_invariants(void **state)
         dx_geometry_unref(g);
     }
     assert_true(n_triangles > 50 * (size_t)n && n_caps > (size_t)n / 500);
+}
+
+/* Eight columns, a row on the horizon: between (0,3), (0,5) and (1,2) the scanner lies in the plane
+ * of a bridge's triangle, and rounding would decide which way it looks. */
+static void what_is_seen_edge_on_is_left_out(void **state)
+{
+    static const uint16_t range[16] = {0, 5000, 0,    5000, 0, 5000, 5000, 0, /* row 0 */
+                                       0, 5000, 5000, 0,    0, 5000, 0,    0};
+    struct dx_terrain_params q;
+    struct dx_geometry *g;
+    struct whole_mesh w;
+    struct dx_plane p;
+
+    (void)state;
+    for (int turned = 0; turned < 64; turned++) {
+        assert_int_equal(
+            dx_geometry_new_spinning(&g, 2, 8, 0.1 * (turned / 8), -DX_PI / 4, -0.5, 0.5), 0);
+        assert_int_equal(dx_plane_init(&p, 2, 8, 2, 0), 0);
+        for (uint32_t k = 0; k < 16; k++)
+            dx_plane_set_range(&p, k, range[k / 8 * 8 + (k + (uint32_t)turned) % 8]);
+        use_variant(&q, &variants[ALL_VARIANTS - 2]);
+        q.sigma_given = true;
+        q.mixed = DX_MIXED_OFF;
+        w = oracle_mesh_of(g, &p, &q);
+        check_mesh(&w, g, &p);
+        free(w.triangle);
+        dx_plane_fini(&p);
+        dx_geometry_unref(g);
+    }
 }
 
 /* Two caps make a full turn a sphere: no boundary, T = 2V - 4. */
@@ -173,6 +221,7 @@ int main(void)
         cmocka_unit_test(drop_outs_are_bridged),
         cmocka_unit_test(dead_lines_are_closed),
         cmocka_unit_test(any_frame_keeps_the_invariants),
+        cmocka_unit_test(what_is_seen_edge_on_is_left_out),
         cmocka_unit_test(caps_close_a_full_turn),
     };
 
