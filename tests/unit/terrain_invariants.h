@@ -237,7 +237,8 @@ static inline void check_junctions(const struct whole_mesh *w, const struct half
         const struct flat f = flatten(&w->triangle[k], g);
 
         for (int m = 0; m < 3; m++) {
-            const int64_t rows = f.row[(m + 1) % 3] - f.row[m], cols = f.col[(m + 1) % 3] - f.col[m];
+            const int64_t rows = f.row[(m + 1) % 3] - f.row[m],
+                          cols = f.col[(m + 1) % 3] - f.col[m];
             const int64_t steps = common_divisor(llabs(rows), llabs(cols));
 
             for (int64_t s = 1; s < steps; s++) {

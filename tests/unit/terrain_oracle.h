@@ -128,7 +128,7 @@ static inline bool is_capped(const struct oracle *o, bool last)
         int64_t v[3];
 
         cap_triangle(o, last, j, v);
-        if (o->g->flip ? !(orientation(o, v) > 0) : !(orientation(o, v) < 0))
+        if (!sees_scanner(o, v))
             return false;
     }
     return true;
@@ -178,8 +178,7 @@ static inline void add_caps(struct whole_mesh *w, const struct dx_geometry *g, u
 {
     const struct oracle o = {.g = g};
 
-    w->triangle =
-        realloc(w->triangle, (w->n + 2 * (size_t)g->width + 1) * sizeof(struct triangle));
+    w->triangle = realloc(w->triangle, (w->n + 2 * (size_t)g->width + 1) * sizeof(struct triangle));
     assert_non_null(w->triangle);
     for (unsigned last = 0; last < 2; last++)
         for (int64_t j = 1; (caps >> last & 1) && j + 1 < g->width; j++) {

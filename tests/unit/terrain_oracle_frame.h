@@ -1,8 +1,8 @@
 /*
- * The oracle of terrain mode, first part: what is known of single dexels and of pairs (docs/terrain.md:
- * the edge rule, its second-order rescue, the cap, mixed pixels). Written from the definitions over
- * the whole frame, simple and slow; shares no code with core/grid/cells.c and gates.c. Everything
- * in 128 bits, so that no bound needs an argument. cmocka.h comes before.
+ * The oracle of terrain mode, first part: what is known of single dexels and of pairs
+ * (docs/terrain.md: the edge rule, its second-order rescue, the cap, mixed pixels). Written from
+ * the definitions over the whole frame, simple and slow; shares no code with core/grid/cells.c and
+ * gates.c. Everything in 128 bits, so that no bound needs an argument. cmocka.h comes before.
  *
  * An edge is named by its line (H, V, AC, BD) and its first dexel x1: the second is one step of the
  * line further.
@@ -29,7 +29,7 @@ struct oracle {
     bool uneven; /* constants for each dexel; else for each row */
     size_t n;    /* dexels; the arrays below have one entry each */
     uint32_t *range;
-    uint64_t *inverse;         /* 0: none */
+    uint64_t *inverse;             /* 0: none */
     wide *noise8, *inverse_noise8; /* of range and of inverse range, in 1/256 */
     int64_t *gate[N_LINES], *gate89[N_LINES], (*weight[N_LINES])[2];
     int64_t (*direction)[3]; /* for the cap; NULL without one */
@@ -234,7 +234,8 @@ static inline bool within_cap(const struct oracle *o, int64_t k0, int64_t k1)
     return length2 <= cap * cap;
 }
 
-/* How far the inverse range departs from the plane of its neighbours on the line. False: unknown. */
+/* How far the inverse range departs from the plane of its neighbours on the line. False: unknown.
+ */
 static inline bool departure(wide *r, const struct oracle *o, enum line e, int64_t i, int64_t j)
 {
     const int64_t x = dexel(o, i, j), m = along(o, e, i, j, -1), p = along(o, e, i, j, 1);

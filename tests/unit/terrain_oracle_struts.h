@@ -97,22 +97,33 @@ static inline void strut_shapes_init(struct strut_shapes *s)
     }
 }
 
-static inline double orientation(const struct oracle *o, const int64_t v[3])
+/*
+ * Whether a triangle sees the scanner, by a margin: the plane through its directions is more than
+ * half a unit away. Where one is seen edge-on, the rounding of the tables would decide; and on even
+ * grids one column speaks for all.
+ */
+static inline bool sees_scanner(const struct oracle *o, const int64_t v[3])
 {
     const uint32_t w = o->g->width;
-    double d[3][3];
+    double d[3][3], x[3], y[3], n[3], det;
 
     for (int m = 0; m < 3; m++)
         dx_geometry_direction(o->g, (uint32_t)(v[m] / w), (uint32_t)(v[m] % w), d[m]);
-    return d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
-           d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
-           d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+    for (int k = 0; k < 3; k++) {
+        x[k] = d[1][k] - d[0][k];
+        y[k] = d[2][k] - d[0][k];
+    }
+    n[0] = x[1] * y[2] - x[2] * y[1];
+    n[1] = x[2] * y[0] - x[0] * y[2];
+    n[2] = x[0] * y[1] - x[1] * y[0];
+    det = o->g->flip ? dot(d[0], n) : -dot(d[0], n);
+    return det > 0 && det * det > 0.25 * dot(n, n);
 }
 
 /* Whether all that a strut of this direction and length can make here would see the scanner. */
 static inline bool faces(const struct oracle *o, const struct strut_shapes *s, const struct run *r)
 {
-    const int64_t col = o->uneven ? r->j : o->g->width / 2;
+    const int64_t col = o->uneven || o->g->width < 3 ? r->j : 1;
 
     for (unsigned k = 0; k < s->n[r->across][r->len - 1]; k++) {
         const struct dx_strut_corner *c = s->corner[r->across][r->len - 1][k];
@@ -120,9 +131,7 @@ static inline bool faces(const struct oracle *o, const struct strut_shapes *s, c
 
         for (int m = 0; m < 3; m++)
             v[m] = dexel(o, r->i + c[m].row, col + c[m].col);
-        if (v[0] < 0 || v[1] < 0 || v[2] < 0)
-            continue;
-        if (o->g->flip ? !(orientation(o, v) > 0) : !(orientation(o, v) < 0))
+        if (v[0] >= 0 && v[1] >= 0 && v[2] >= 0 && !sees_scanner(o, v))
             return false;
     }
     return true;
@@ -139,8 +148,8 @@ static inline int64_t span_constant(const struct oracle *o, const struct run *r)
 }
 
 /* A run that could be spanned. */
-static inline bool is_available(const struct oracle *o, const struct strut_shapes *s,
-                                struct run *r, int64_t i, int64_t j, bool across)
+static inline bool is_available(const struct oracle *o, const struct strut_shapes *s, struct run *r,
+                                int64_t i, int64_t j, bool across)
 {
     int64_t a, b;
 
@@ -285,7 +294,7 @@ static inline bool find_beside(const struct oracle *o, const struct run *r, int 
 static inline void emit_bridge(const struct oracle *o, struct whole_mesh *w, const struct run *r,
                                int t)
 {
-    int first, last;
+    int first = 0, last = 0;
 
     if (!find_beside(o, r, t, &first, &last) || first < 0 || (first == 0 && t < 0))
         return; /* none, or the other one's */
