@@ -37,8 +37,9 @@ int dx_faces_find_folds(uint64_t **folded, const struct dx_geometry *g)
  * differ a little from the one that is asked. Ordinary triangles pass near 1. */
 #define LEAST_DISTANCE 0.5
 
-/* Whether the spherical triangle of three directions runs as a cell's good abc does. */
-static bool faces_scanner(const struct dx_geometry *g, double d[3][3])
+/* Whether the spherical triangle of three directions runs as a cell's good abc does, and its plane
+ * passes at `distance` from the scanner at the least. */
+static bool faces_scanner(const struct dx_geometry *g, double d[3][3], double distance)
 {
     double u[3], v[3], n[3], det;
 
@@ -51,8 +52,7 @@ static bool faces_scanner(const struct dx_geometry *g, double d[3][3])
     n[2] = u[0] * v[1] - u[1] * v[0];
     det = d[0][0] * n[0] + d[0][1] * n[1] + d[0][2] * n[2];
     det = g->flip ? det : -det;
-    return det > 0 &&
-           det * det > LEAST_DISTANCE * LEAST_DISTANCE * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    return det > 0 && det * det > distance * distance * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 }
 
 /* False only for a triangle of dexels of the grid that looks away. */
@@ -68,7 +68,7 @@ static bool triangle_faces(const struct dx_geometry *g, const struct dx_strut_co
             return true;
         dx_geometry_direction(g, (uint32_t)row, (uint32_t)(col + g->width) % g->width, d[k]);
     }
-    return faces_scanner(g, d);
+    return faces_scanner(g, d, LEAST_DISTANCE);
 }
 
 /* One side at a time makes every triangle that two sides can. */
@@ -100,7 +100,7 @@ bool dx_faces_fan(const struct dx_geometry *g, uint32_t row, bool below)
         dx_geometry_direction(g, row, 0, d[0]);
         dx_geometry_direction(g, row, below ? j + 1 : j, d[1]);
         dx_geometry_direction(g, row, below ? j : j + 1, d[2]);
-        if (!faces_scanner(g, d))
+        if (!faces_scanner(g, d, 0)) /* all in one plane: the sign is the row's own */
             return false;
     }
     return true;

@@ -114,8 +114,8 @@ static void fill_faces(struct dx_gates *gates, const struct dx_geometry *g)
     for (uint32_t i = 0; !gates->per_dexel && i < g->height; i++)
         for (uint8_t len = 1; len <= 2; len++)
             for (unsigned across = 0; across < 2; across++)
-                gates->faces[i] |= (uint8_t)(dx_faces_span(g, across, len, i, g->width / 2)
-                                             << DX_SPAN(across, len));
+                gates->faces[i] |=
+                    (uint8_t)(dx_faces_span(g, across, len, i, 1) << DX_SPAN(across, len));
 }
 
 int dx_gates_init(struct dx_gates *gates, const struct dx_geometry *g)
@@ -207,8 +207,9 @@ uint32_t dx_gates_span(const struct dx_gates *gates, const struct dx_geometry *g
 bool dx_gates_faces(const struct dx_gates *gates, const struct dx_geometry *g, bool across,
                     uint8_t len, uint32_t i, uint32_t j)
 {
-    return gates->per_dexel ? dx_faces_span(g, across, len, i, j)
-                            : gates->faces[i] >> DX_SPAN(across, len) & 1;
+    /* at column 1, as the lines, no triangle is left out that another column of the row has */
+    return gates->per_dexel || g->width < 3 ? dx_faces_span(g, across, len, i, j)
+                                            : gates->faces[i] >> DX_SPAN(across, len) & 1;
 }
 
 static void set_rules(struct dx_gates *gates, const struct dx_terrain_params *p)

@@ -11,29 +11,25 @@ static enum fit fit_of(const struct dx_area *a, const struct dx_gates *gates, st
                        struct dx_step s, uint32_t p, uint32_t q)
 {
     const uint32_t p0 = p - s.row, q0 = q - s.col, p1 = p + s.row, q1 = q + s.col;
-    const int64_t r = dx_line_residual(a->q[p0][q0], a->q[p][q], a->q[p1][q1], line);
-    const uint64_t off = (uint64_t)(r < 0 ? -r : r) >> 16;
-    const uint64_t e = dx_line_noise(&gates->sigma, a->q[p][q], a->range[p][q]);
-    const uint64_t before = dx_line_noise(&gates->sigma, a->q[p0][q0], a->range[p0][q0]);
-    const uint64_t after = dx_line_noise(&gates->sigma, a->q[p1][q1], a->range[p1][q1]);
-    unsigned __int128 w0 = (unsigned __int128)before * line.minus >> 24;
-    unsigned __int128 w1 = (unsigned __int128)after * line.plus >> 24;
-    unsigned __int128 variance = (unsigned __int128)e * e + w0 * w0 + w1 * w1;
-    unsigned __int128 off2 = (unsigned __int128)off * off;
+    unsigned __int128 w0, w1, variance, off2;
+    uint64_t off, e;
+    int64_t r;
 
-    if (!(line.minus | line.plus) || off2 > FIT_FAIR * variance)
+    if (p0 < a->first || p0 >= a->end || p1 >= a->end || q0 >= DX_AREA || q1 >= DX_AREA ||
+        !a->q[p0][q0] || !a->q[p1][q1] || !(line.minus | line.plus))
+        return FIT_NONE;
+    r = dx_line_residual(a->q[p0][q0], a->q[p][q], a->q[p1][q1], line);
+    off = (uint64_t)(r < 0 ? -r : r) >> 16;
+    e = dx_line_noise(&gates->sigma, a->q[p][q], a->range[p][q]);
+    w0 = dx_line_noise(&gates->sigma, a->q[p0][q0], a->range[p0][q0]);
+    w1 = dx_line_noise(&gates->sigma, a->q[p1][q1], a->range[p1][q1]);
+    w0 = w0 * line.minus >> 24;
+    w1 = w1 * line.plus >> 24;
+    variance = (unsigned __int128)e * e + w0 * w0 + w1 * w1;
+    off2 = (unsigned __int128)off * off;
+    if (off2 > FIT_FAIR * variance)
         return FIT_NONE;
     return off2 <= FIT_SURE * variance ? FIT_SURE : FIT_FAIR;
-}
-
-/* The pair (p, q), (p, q) + s has a sample before and one after it. */
-static bool has_four(const struct dx_area *a, struct dx_step s, uint32_t p, uint32_t q)
-{
-    const uint32_t row0 = p - s.row, row1 = p + 2 * s.row, col0 = q - s.col, col1 = q + 2 * s.col;
-
-    if (row0 < a->first || row0 >= a->end || row1 >= a->end || col0 >= DX_AREA || col1 >= DX_AREA)
-        return false;
-    return a->q[row0][col0] && a->q[p][q] && a->q[p + s.row][q + s.col] && a->q[row1][col1];
 }
 
 static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
@@ -45,7 +41,7 @@ static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
     uint32_t row = dx_area_row(a, p), col, col1;
     enum fit here, there;
 
-    if (!has_four(a, s, p, q))
+    if (!a->q[p][q] || !a->q[p1][q1])
         return false;
     col = dx_area_col(a, q, g->width);
     col1 = dx_area_col(a, q1, g->width);

@@ -128,7 +128,7 @@ static inline bool is_capped(const struct oracle *o, bool last)
         int64_t v[3];
 
         cap_triangle(o, last, j, v);
-        if (!sees_scanner(o, v))
+        if (!sees_scanner(o, v, 0)) /* one plane: the sign is the row's own */
             return false;
     }
     return true;

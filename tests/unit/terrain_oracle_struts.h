@@ -102,7 +102,7 @@ static inline void strut_shapes_init(struct strut_shapes *s)
  * half a unit away. Where one is seen edge-on, the rounding of the tables would decide; and on even
  * grids one column speaks for all.
  */
-static inline bool sees_scanner(const struct oracle *o, const int64_t v[3])
+static inline bool sees_scanner(const struct oracle *o, const int64_t v[3], double distance)
 {
     const uint32_t w = o->g->width;
     double d[3][3], x[3], y[3], n[3], det;
@@ -117,7 +117,7 @@ static inline bool sees_scanner(const struct oracle *o, const int64_t v[3])
     n[1] = x[2] * y[0] - x[0] * y[2];
     n[2] = x[0] * y[1] - x[1] * y[0];
     det = o->g->flip ? dot(d[0], n) : -dot(d[0], n);
-    return det > 0 && det * det > 0.25 * dot(n, n);
+    return det > 0 && det * det > distance * distance * dot(n, n);
 }
 
 /* Whether all that a strut of this direction and length can make here would see the scanner. */
@@ -131,7 +131,7 @@ static inline bool faces(const struct oracle *o, const struct strut_shapes *s, c
 
         for (int m = 0; m < 3; m++)
             v[m] = dexel(o, r->i + c[m].row, col + c[m].col);
-        if (v[0] >= 0 && v[1] >= 0 && v[2] >= 0 && !sees_scanner(o, v))
+        if (v[0] >= 0 && v[1] >= 0 && v[2] >= 0 && !sees_scanner(o, v, 0.5))
             return false;
     }
     return true;

@@ -38,7 +38,7 @@ static const struct variant variants[] = {
 
 #define FIRST_ORDER_VARIANTS 4
 #define ALL_VARIANTS         ((int)(sizeof(variants) / sizeof(variants[0])))
-#define N_VARIANTS           FIRST_ORDER_VARIANTS /* what the kernel has */
+#define N_VARIANTS           ALL_VARIANTS
 
 static inline void use_variant(struct dx_terrain_params *q, const struct variant *v)
 {
