@@ -106,6 +106,8 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Missing dexels in a row over which a surface is continued."},
     {"streams[].mesh.caps", DX_CONFIG_BOOL, STREAM(mesh.caps), .preset = "no",
      .help = "Close the hole at each pole of a full turn by a fan."},
+    {"streams[].mesh.normals", DX_CONFIG_BOOL, STREAM(mesh.normals), .preset = "no",
+     .help = "Compute a normal for each vertex, for subscribers who ask for normals."},
     {"streams[].mesh.paper", DX_CONFIG_BOOL, STREAM(mesh.paper), .preset = "no",
      .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap.\nOverrides the rest."},
     {"streams[].mesh.noise_gate", DX_CONFIG_NUMBER, STREAM(mesh.noise_k), .min = 0, .max = 100,

@@ -109,6 +109,14 @@ static uint64_t count_valid(const struct dx_plane *plane)
     return n_valid;
 }
 
+static uint32_t commit_caps(const struct dx_terrain *t)
+{
+    uint32_t caps = dx_terrain_caps(t);
+
+    return (caps & DX_CAP_FIRST ? DX_COMMIT_CAP_FIRST : 0) |
+           (caps & DX_CAP_LAST ? DX_COMMIT_CAP_LAST : 0);
+}
+
 static void commit_mesh(struct dx_mesher *m)
 {
     uint64_t start = dx_clock_ns(), n_words;
@@ -123,6 +131,7 @@ static void commit_mesh(struct dx_mesher *m)
         for (uint64_t k = 0; k < n_words; k++)
             m->pending[e][k] |= changed[k];
     m->commit.n_dropped = dx_mailbox_n_skipped(m->mailbox);
+    m->commit.flags = (m->commit.flags & DX_COMMIT_PARTIAL) | commit_caps(m->terrain);
     m->uncommitted = false;
     m->unsent = true;
     m->has_mesh = true;

@@ -63,6 +63,7 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
                          DX_OPTION_MIXED,
                          DX_OPTION_BRIDGE,
                          DX_OPTION_CAPS,
+                         DX_OPTION_NORMALS,
                          DX_OPTION_SEAM,
                          DX_OPTION_UNIT,
                          DX_OPTION_PAPER,
@@ -80,6 +81,7 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
         {"mixed", required_argument, NULL, DX_OPTION_MIXED},                                       \
         {"bridge", required_argument, NULL, DX_OPTION_BRIDGE},                                     \
         {"caps", no_argument, NULL, DX_OPTION_CAPS},                                               \
+        {"normals", no_argument, NULL, DX_OPTION_NORMALS},                                         \
         {"seam", required_argument, NULL, DX_OPTION_SEAM},                                         \
         {"unit", required_argument, NULL, DX_OPTION_UNIT},                                         \
         {"filter", required_argument, NULL, DX_OPTION_FILTER},                                     \
@@ -100,6 +102,7 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
     "                        leave out samples between two surfaces (axis)\n"                      \
     "  --bridge 0|1|2        missing dexels in a row that are bridged (1)\n"                       \
     "  --caps                close the polar holes of a full turn\n"                               \
+    "  --normals             a normal for each vertex\n"                                           \
     "  --seam auto|on|off    does column 0 follow the last one (auto)\n"                           \
     "  --unit M              range unit, metres (finest that holds the range in 16 bits)\n"        \
     "  --paper               length <= --cap and nothing else: overrides the rest\n"               \

@@ -23,6 +23,7 @@ static const char help[] =
     "  --timeout S           give up after so many seconds of silence (never)\n"
     "  -o OUT.{ply,obj,stl}  write the last whole mesh\n"
     "  --every               write every commit; %06d in OUT is its number\n"
+    "  --split               each fan of triangles that meet in a point gets its own vertex\n"
     "  --world               vertices in the world's frame, by the scan's pose\n"
     "  --stats               one JSON object on standard output at the end\n"
     "  --quiet               nothing on standard error but errors\n";
@@ -43,6 +44,7 @@ enum {
     OPT_INTERVAL,
     OPT_TIMEOUT,
     OPT_EVERY,
+    OPT_SPLIT,
     OPT_WORLD,
     OPT_STATS,
     OPT_QUIET,
@@ -62,6 +64,7 @@ static const struct option options[] = {
     {"interval", required_argument, NULL, OPT_INTERVAL},
     {"timeout", required_argument, NULL, OPT_TIMEOUT},
     {"every", no_argument, NULL, OPT_EVERY},
+    {"split", no_argument, NULL, OPT_SPLIT},
     {"world", no_argument, NULL, OPT_WORLD},
     {"stats", no_argument, NULL, OPT_STATS},
     {"quiet", no_argument, NULL, OPT_QUIET},
@@ -136,6 +139,8 @@ static int set_option(struct dx_cat_args *cat, int opt, const char *text)
         return 0;
     case OPT_EVERY:
         return cat->every = true, 0;
+    case OPT_SPLIT:
+        return cat->split = true, 0;
     case OPT_WORLD:
         return cat->world = true, 0;
     case OPT_STATS:

@@ -12,7 +12,7 @@ struct dx_cat_args {
     const char *out;                /* NULL: none */
     uint64_t n_frames;              /* 0: no limit */
     double timeout_s;               /* 0: none */
-    bool every, world, stats, quiet;
+    bool every, split, world, stats, quiet;
 };
 
 /* 0; DX_ARG_E_HELP having printed the help; -EINVAL having said what is wrong. */

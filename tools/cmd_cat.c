@@ -7,6 +7,7 @@
 #include "tools/cat_args.h"
 #include "tools/now.h"
 #include "tools/cmd.h"
+#include "tools/mesh_split.h"
 #include "tools/mesh_store.h"
 #include "tools/out_mesh.h"
 #include "tools/stats_json.h"
@@ -98,14 +99,24 @@ static int write_mesh(const struct cat *cat, const struct dx_mesh *mesh)
     return rc;
 }
 
+/* The mesh that the last commit has made; having said why there is none. */
+static int weld(struct dx_mesh *mesh, const struct cat *cat)
+{
+    int rc = dx_mesh_store_weld(mesh, cat->mesh);
+
+    if (rc == 0 && cat->args.split)
+        rc = dx_mesh_split(mesh) < 0 ? -ENOMEM : 0;
+    if (rc < 0)
+        fprintf(stderr, "dexel cat: the mesh: %s\n", strerror(-rc));
+    return rc;
+}
+
 static int weld_and_write(const struct cat *cat)
 {
     struct dx_mesh mesh;
-    int rc = dx_mesh_store_weld(&mesh, cat->mesh);
+    int rc = weld(&mesh, cat);
 
-    if (rc < 0)
-        fprintf(stderr, "dexel cat: the mesh: %s\n", strerror(-rc));
-    else
+    if (rc == 0)
         rc = write_mesh(cat, &mesh);
     dx_mesh_fini(&mesh);
     return rc;
@@ -310,9 +321,7 @@ static int finish(struct cat *cat)
     show_total(cat, seconds);
     if (!cat->args.stats && (!cat->args.out || cat->args.every))
         return 0;
-    rc = dx_mesh_store_weld(&mesh, cat->mesh);
-    if (rc < 0)
-        fail("the mesh", rc);
+    rc = weld(&mesh, cat);
     if (rc == 0 && cat->args.stats)
         rc = print_stats(cat, &mesh, seconds);
     if (rc == 0 && cat->args.out && !cat->args.every)

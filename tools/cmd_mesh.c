@@ -2,6 +2,7 @@
 #include "core/wire/wire.h"
 #include "tools/now.h"
 #include "tools/cmd.h"
+#include "tools/mesh_split.h"
 #include "tools/offline.h"
 #include "tools/out_mesh.h"
 #include "tools/stats_json.h"
@@ -19,6 +20,7 @@ static const char help[] =
     "  --threads N         for the tiles (one a processor)\n"
     "  --world             vertices in the world's frame, by the scan's pose\n"
     "  --ascii             PLY as text\n"
+    "  --split             each fan of triangles that meet in a point gets a vertex of its own\n"
     "  --encoding f32|q16|delta\n"
     "                      pass the tiles through an encoding of the protocol\n"
     "  --stats             one JSON object on standard output\n\n" DX_TERRAIN_HELP;
@@ -29,6 +31,7 @@ enum {
     OPT_THREADS,
     OPT_WORLD,
     OPT_ASCII,
+    OPT_SPLIT,
     OPT_ENCODING,
     OPT_STATS,
     OPT_HELP
@@ -40,6 +43,7 @@ static const struct option options[] = {
     {"threads", required_argument, NULL, OPT_THREADS},
     {"world", no_argument, NULL, OPT_WORLD},
     {"ascii", no_argument, NULL, OPT_ASCII},
+    {"split", no_argument, NULL, OPT_SPLIT},
     {"encoding", required_argument, NULL, OPT_ENCODING},
     {"stats", no_argument, NULL, OPT_STATS},
     {"help", no_argument, NULL, OPT_HELP},
@@ -51,7 +55,7 @@ struct args {
     struct dx_offline_config config;
     struct dx_out_options write;
     const char *out;
-    bool stats;
+    bool split, stats;
 };
 
 static int set_value(struct args *a, int opt, const char *text)
@@ -92,6 +96,9 @@ static int set_option(struct args *a, int opt, const char *text)
         return 0;
     case OPT_ASCII:
         a->write.ascii = true;
+        return 0;
+    case OPT_SPLIT:
+        a->split = true;
         return 0;
     case OPT_STATS:
         a->stats = true;
@@ -180,6 +187,8 @@ static int run(const struct args *a)
     }
     memcpy(write.pose, o.geometry->pose, sizeof(write.pose));
     rc = dx_mesh_store_weld(&mesh, o.mesh);
+    if (rc == 0 && a->split)
+        rc = dx_mesh_split(&mesh) < 0 ? -ENOMEM : 0;
     seconds = dx_seconds_since(start);
     if (rc < 0)
         dx_err_set(&err, rc, "%s: the mesh: %s", a->config.path, strerror(-rc));

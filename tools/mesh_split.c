@@ -150,11 +150,13 @@ static int extend_vertices(struct dx_mesh *mesh, const struct fans *f, uint32_t 
     float *xyz = extended(mesh->xyz, f, n_added, 3 * sizeof(float));
     uint32_t *id = mesh->id ? extended(mesh->id, f, n_added, sizeof(uint32_t)) : NULL;
     uint16_t *attr = mesh->attr ? extended(mesh->attr, f, n_added, sizeof(uint16_t)) : NULL;
-    bool whole = xyz && (id || !mesh->id) && (attr || !mesh->attr);
+    float *normal = mesh->normal ? extended(mesh->normal, f, n_added, 3 * sizeof(float)) : NULL;
+    bool whole = xyz && (id || !mesh->id) && (attr || !mesh->attr) && (normal || !mesh->normal);
 
     mesh->xyz = xyz ? xyz : mesh->xyz;
     mesh->id = id ? id : mesh->id;
     mesh->attr = attr ? attr : mesh->attr;
+    mesh->normal = normal ? normal : mesh->normal;
     return whole ? 0 : -ENOMEM;
 }
 
@@ -174,14 +176,14 @@ static int split(struct dx_mesh *mesh, struct fans *f, uint32_t *n_added)
     return 0;
 }
 
-int dx_mesh_split(struct dx_mesh *mesh, uint32_t *n_added)
+int64_t dx_mesh_split(struct dx_mesh *mesh)
 {
+    uint32_t n_added = 0;
     struct fans f;
     int rc = fans_init(&f, mesh);
 
-    *n_added = 0;
     if (rc == 0)
-        rc = split(mesh, &f, n_added);
+        rc = split(mesh, &f, &n_added);
     fans_fini(&f);
-    return rc;
+    return rc < 0 ? rc : (int64_t)n_added;
 }

@@ -9,8 +9,8 @@
 #include "tools/mesh.h"
 
 /* New vertices follow the others and bear the id, attribute and normal of the one they were. The
- * mesh's edges are manifold (no directed edge occurs twice). Errors: -EOVERFLOW, -ENOMEM; the mesh
- * is then as it was. */
-int dx_mesh_split(struct dx_mesh *mesh, uint32_t *n_added);
+ * mesh's edges are manifold (no directed edge occurs twice). Returns how many there are. Errors:
+ * -EOVERFLOW, -ENOMEM; the mesh is then as it was. */
+int64_t dx_mesh_split(struct dx_mesh *mesh);
 
 #endif

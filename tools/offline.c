@@ -179,6 +179,8 @@ static int store_tiles(struct dx_offline *o, const struct dx_terrain *t, int enc
         if (rc == 0)
             rc = dx_mesh_store_set_mesh(o->mesh, &x->mesh);
     }
+    dx_mesh_store_set_caps(o->mesh, dx_terrain_caps(t) & DX_CAP_FIRST,
+                           dx_terrain_caps(t) & DX_CAP_LAST, o->geometry->flip);
     dx_mesh_store_commit(o->mesh);
     free(x->body);
     free(x);
