@@ -84,8 +84,13 @@ static enum dx_delta_predictor chosen(uint32_t (*range)(uint32_t row, uint32_t c
     memset(&tile, 0, sizeof(tile));
     tile.cell_rows = tile.cell_cols = DX_TILE_CELLS;
     memset(tile.code, DX_CELL_ABC_ACD, sizeof(tile.code));
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        tile.range[k] = range(k / DX_BLOCK, k % DX_BLOCK, dx_rng_below(&rng, 32));
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
+        uint32_t noise = 0; /* standard deviation 10 */
+
+        for (int m = 0; m < 4; m++)
+            noise += dx_rng_below(&rng, 17);
+        tile.range[k] = range(k / DX_BLOCK, k % DX_BLOCK, noise);
+    }
     *len = encode(DX_ENCODING_DELTA, t, g);
     assert_int_equal(get_exactly(chunk, *len, t, g), 0);
     assert_same_points();
@@ -111,11 +116,12 @@ static uint32_t rows_apart(uint32_t row, uint32_t col, uint32_t noise)
     return 5000 + row * 7919 % 4096 + noise;
 }
 
-/* Steps along both axes: the larger neighbour is right at a corner, the sum is wrong twice. */
-static uint32_t boxes(uint32_t row, uint32_t col, uint32_t noise)
+/* Slanted one way above and the other way below, so that now W and now N is right, and a step
+ * across, behind which the sum is wrong. */
+static uint32_t step(uint32_t row, uint32_t col, uint32_t noise)
 {
     (void)noise;
-    return 5000 + ((row / 5 * 37 + col / 5 * 101) % 7) * 500;
+    return 1000 + 20 * (row < 33 ? row : 33 + col) + (row + col < 65 ? 0 : 4000);
 }
 
 static void test_predictors(void **state)
@@ -129,9 +135,9 @@ static void test_predictors(void **state)
     assert_int_equal(chosen(slope, &t, g, &len), DX_DELTA_PLANAR);
     assert_true(len < 10 + 64 + 2 + 5 + 2000); /* only the first row and column cost anything */
     assert_int_equal(chosen(wall, &t, g, &len), DX_DELTA_MEAN);
-    assert_true(len < 10 + 64 + 2 + 5 + 4225 * 6 / 8 + 100);
+    assert_true(len < 10 + 64 + 2 + 5 + 4225 * 13 / 16 + 50); /* 6.5 bits a vertex */
     assert_int_equal(chosen(rows_apart, &t, g, &len), DX_DELTA_LEFT);
-    assert_int_equal(chosen(boxes, &t, g, &len), DX_DELTA_MEDIAN);
+    assert_int_equal(chosen(step, &t, g, &len), DX_DELTA_MEDIAN);
     dx_geometry_unref(g);
 }
 
