@@ -1,5 +1,5 @@
 /*
- * Fuzzes all that a peer's bytes can reach: chunks of both encodings, the bodies of all messages,
+ * Fuzzes all that a peer's bytes can reach: chunks of all encodings, the bodies of all messages,
  * and libdexel's dispatcher. The first byte chooses which. Seeds: seeds_wire.c.
  */
 #include <stdio.h>
@@ -56,6 +56,8 @@ static void fuzz_chunk(const uint8_t *data, size_t size)
             "too large a mesh");
     for (uint32_t i = 0; i < 3 * mesh.n_triangles; i++)
         require(mesh.index[i] < mesh.n_vertices, "an index out of range");
+    for (uint32_t i = 0; mesh.has_normals && mesh.n_triangles && i < 2 * mesh.n_vertices; i++)
+        require(mesh.normal[i] >= -127, "a normal out of range");
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
         if (mesh.mask[k / 8] >> (k % 8) & 1)
             require(dx_tile_vertex_id(&t, mesh.row, mesh.col, k) < 71 * 90, "a vertex outside");
@@ -113,6 +115,8 @@ static int on_tile(void *user, const struct dexel_tile *t)
     sink += dx_hash(0, t->dexel, 4 * (size_t)t->n_vertices);
     if (t->attr)
         sink += dx_hash(0, t->attr, 2 * (size_t)t->n_vertices);
+    if (t->normal)
+        sink += dx_hash(0, t->normal, 12 * (size_t)t->n_vertices);
     for (uint32_t i = 0; i < 3 * t->n_triangles; i++)
         require(t->index[i] < t->n_vertices, "an index out of range");
     return ++*n_tiles % 4 == 3; /* stops the dispatch now and then */
@@ -149,9 +153,10 @@ static void session_open(struct session *s, uint8_t flags)
 {
     const struct dexel_callbacks callbacks = {on_stream,   on_text,   on_tile,
                                               on_raw_tile, on_commit, on_state};
-    struct dexel_options options = {.encoding = flags & 1 ? DEXEL_Q16 : DEXEL_F32,
-                                    .mode = flags & 2 ? DEXEL_PULL : DEXEL_LIVE,
-                                    .want_attr = 1};
+    struct dexel_options options = {.encoding = (enum dexel_encoding)(flags % 3),
+                                    .mode = flags / 3 & 1 ? DEXEL_PULL : DEXEL_LIVE,
+                                    .want_attr = 1,
+                                    .want_normals = 1};
     int pair[2];
 
     s->n_tiles = 0;

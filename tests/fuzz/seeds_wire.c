@@ -51,21 +51,24 @@ static void save_chunks(void)
         struct dx_rng rng = dx_rng_init(1, i);
         struct dx_geometry *g = fixture_geometry(71, 90, wrap);
         struct dx_tiling t;
-        char name[64];
 
         dx_tiling_init(&t, 71, 90, wrap);
         fixture_tile(&tile, &t, 3, i % 3, i < 3 ? 30 : 250, &rng);
+        if (i / 2 & 1)
+            fixture_normals(&tile, &rng);
         dx_tile_mesh_build(&mesh, &tile, &t, g);
-        snprintf(name, sizeof(name), "chunk-f32-%d", i);
-        save(name, CHUNK, &wrap, 1, chunk, dx_chunk_put_f32(chunk, &mesh));
-        snprintf(name, sizeof(name), "chunk-q16-%d", i);
-        save(name, CHUNK, &wrap, 1, chunk, dx_chunk_put_q16(chunk, &tile));
+        for (enum dx_encoding e = 0; e < DX_N_ENCODINGS; e++) {
+            char name[64];
+
+            snprintf(name, sizeof(name), "chunk-%s-%d", dx_encoding_name(e), i);
+            save(name, CHUNK, &wrap, 1, chunk, fixture_chunk(chunk, e, &tile, &mesh));
+        }
         dx_geometry_unref(g);
     }
 }
 
 /* One of each message a server says, in an order that is right. */
-static void make_session(struct script *s, enum dx_encoding e, uint8_t attr_bytes)
+static void make_session(struct script *s, enum dx_encoding e, uint8_t attr_bytes, bool normals)
 {
     struct dx_geometry *g = fixture_small_geometry();
     struct dx_tiling t;
@@ -75,10 +78,11 @@ static void make_session(struct script *s, enum dx_encoding e, uint8_t attr_byte
     script_welcome(s);
     for (uint64_t epoch = 1; epoch < 6; epoch += 2) {
         script_state(s, DX_STREAM_LIVE, "");
-        script_subscribed(s, g, e, attr_bytes);
+        script_subscribed_to(s, g, e, attr_bytes, normals);
         script_message(s, DX_MSG_SNAPSHOT_BEGIN, 0, epoch, NULL, 0);
         fixture_small_tile(&tile);
         tile.attr_bytes = attr_bytes;
+        tile.has_normals = normals;
         script_tile(s, e, epoch, &tile, &t, g);
         script_commit(s, epoch, 1);
         script_message(s, DX_MSG_SNAPSHOT_END, 0, epoch, NULL, 0);
@@ -118,12 +122,12 @@ static void save_sessions(void)
 {
     static uint8_t framed[1 << 16];
 
-    for (uint8_t i = 0; i < 4; i++) {
+    for (uint8_t i = 0; i < 6; i++) {
         const uint8_t raw_head[2] = {i, i == 1 ? 0 : 255};
         struct script s = {0};
         char name[64];
 
-        make_session(&s, i & 1 ? DX_ENCODING_Q16 : DX_ENCODING_F32, i / 2);
+        make_session(&s, (enum dx_encoding)(i % DX_N_ENCODINGS), i / 3, i % 2);
         snprintf(name, sizeof(name), "session-raw-%d", i);
         save(name, RAW, raw_head, 2, s.bytes, s.len);
         snprintf(name, sizeof(name), "session-framed-%d", i);
@@ -139,12 +143,12 @@ static void save_bodies(void)
         [DX_MSG_WELCOME] = WELCOME,   [DX_MSG_ERROR] = ERROR,   [DX_MSG_SUBSCRIBED] = SUBSCRIBED,
         [DX_MSG_GEOMETRY] = GEOMETRY, [DX_MSG_COMMIT] = COMMIT, [DX_MSG_RESET] = RESET,
         [DX_MSG_STREAM_STATE] = STATE};
-    const struct dx_msg_subscribe subscribe = {.stream = "roof", .encoding = 1};
-    const struct dx_msg_hello hello = {.minor = 1, .encodings = 3};
+    const struct dx_msg_subscribe subscribe = {.stream = "roof", .encoding = 2, .want = 3};
+    const struct dx_msg_hello hello = {.minor = DX_WIRE_MINOR, .encodings = 7};
     struct script s = {0};
     struct dx_wire_header h;
 
-    make_session(&s, DX_ENCODING_Q16, 1);
+    make_session(&s, DX_ENCODING_Q16, 1, true);
     SCRIPT_PUT(&s, DX_MSG_HELLO, hello, &hello);
     SCRIPT_PUT(&s, DX_MSG_SUBSCRIBE, subscribe, &subscribe);
     for (size_t at = 0; at < s.len; at += DX_WIRE_HEADER_LEN + h.length) {

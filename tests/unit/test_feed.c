@@ -425,7 +425,7 @@ static void run(uint64_t seed, uint32_t n_steps)
     m->now_ns = 1000000000;
     /* Two frames of the longest bodies always fit, or a mesher could starve for good. Bodies are
      * mostly one block, so it is the number of chunks that runs short. */
-    n_chunks = MAX_TILES * DX_N_ENCODINGS * 2 + below(m, MAX_TILES * 2);
+    n_chunks = MAX_TILES * DX_N_ENCODINGS * 2 + below(m, MAX_TILES);
     n_blocks = 2 * FRAME_BLOCKS + below(m, FRAME_BLOCKS);
     assert_int_equal(dx_feed_new_sized(&m->feed, MAX_TILES, n_blocks, n_chunks,
                                        m->lossless ? 16 : 3 + below(m, 8), -1, on_kick, m),

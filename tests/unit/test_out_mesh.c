@@ -1,4 +1,5 @@
 /* The bytes of small files in each format, and that a failed write leaves nothing behind. */
+#include "core/base/bytes.h"
 #include "tools/out_file.h"
 #include "tools/out_mesh.h"
 
@@ -114,6 +115,41 @@ static void test_ply_text(void **state)
                          "property list uchar int vertex_indices\nend_header\n"
                          "0 0 0 0 0 0 0\n1 0 0 100 128 128 128\n0 0.5 0 200 255 255 255\n"
                          "3 0 1 2\n");
+}
+
+/* The normal goes with the pose: turned, not moved. */
+static void test_normals(void **state)
+{
+    static const float normals[] = {1, 0, 0, 0, 1, 0, 0, 0, -1};
+    struct dx_out_options o = world;
+    struct dx_mesh m = triangle(1);
+    uint8_t bytes[1024];
+    struct dx_err err;
+    size_t len;
+
+    (void)state;
+    assert_int_equal(dx_mesh_add_normals(&m), 0);
+    memcpy(m.normal, normals, sizeof(normals));
+    o.ascii = true;
+    assert_int_equal(dx_out_mesh(path_of("n.ply"), &m, &o, &err), 0);
+    assert_text("n.ply", "ply\nformat ascii 1.0\n"
+                         "comment dexel " DEXELD_VERSION ", metres, world frame\n"
+                         "element vertex 3\nproperty double x\nproperty double y\n"
+                         "property double z\nproperty float nx\nproperty float ny\n"
+                         "property float nz\nproperty uchar intensity\nproperty uchar red\n"
+                         "property uchar green\nproperty uchar blue\nelement face 1\n"
+                         "property list uchar int vertex_indices\nend_header\n"
+                         "1000 0 0.25 0 1 0 0 0 0 0\n1000 1 0.25 -1 0 0 100 100 100 100\n"
+                         "999.5 0 0.25 0 0 -1 200 200 200 200\n3 0 1 2\n");
+    assert_int_equal(dx_out_mesh(path_of("n.obj"), &m, &(struct dx_out_options){0}, &err), 0);
+    assert_text("n.obj", "# dexel " DEXELD_VERSION ", metres, scanner frame\n"
+                         "v 0 0 0\nv 1 0 0\nv 0 0.5 0\n"
+                         "vn 1 0 0\nvn 0 1 0\nvn 0 0 -1\nf 1//1 2//2 3//3\n");
+    assert_int_equal(dx_out_mesh(path_of("n2.ply"), &m, &(struct dx_out_options){0}, &err), 0);
+    len = slurp(bytes, sizeof(bytes), "n2.ply");
+    assert_true(len > 13 + 3 * 28);
+    assert_int_equal(dx_get_u32(bytes + len - 13 - 8), 0xbf800000); /* nz of the last: -1 */
+    dx_mesh_fini(&m);
 }
 
 static void test_ply_binary(void **state)
@@ -266,6 +302,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ply_text),
+        cmocka_unit_test(test_normals),
         cmocka_unit_test(test_ply_binary),
         cmocka_unit_test(test_ply_world_is_double),
         cmocka_unit_test(test_obj),

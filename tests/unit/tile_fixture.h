@@ -45,14 +45,15 @@ static inline void fixture_struts(struct dx_tile *tile, const struct dx_tiling *
                                   struct dx_rng *rng)
 {
     uint8_t used[DX_BLOCK_DEXELS], mask[DX_MASK_BYTES];
+    /* the last row and column of dexels belong to the last tiles */
+    uint32_t rows = tile->cell_rows + (uint32_t)(tile->row + 1u == tiling->rows);
+    uint32_t cols = tile->cell_cols + (uint32_t)(!tiling->wrap && tile->col + 1u == tiling->cols);
 
     dx_tile_mask(tile, mask);
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
         used[k] = mask[k / 8] >> (k % 8) & 1;
     for (uint32_t t = 0; t < n; t++) {
-        uint32_t p = 1 + dx_rng_below(rng, tile->cell_rows + 1u);
-        uint32_t q = 1 + dx_rng_below(rng, tile->cell_cols + (tiling->wrap ? 0u : 1u));
-        uint32_t k = p * DX_BLOCK + q;
+        uint32_t k = (1 + dx_rng_below(rng, rows)) * DX_BLOCK + 1 + dx_rng_below(rng, cols);
         uint8_t code = (uint8_t)(1 + dx_rng_below(rng, DX_STRUT_CODES - 1));
         struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
 
@@ -94,7 +95,7 @@ static inline void fixture_tile(struct dx_tile *tile, const struct dx_tiling *ti
         for (uint32_t j = 0; j < tile->cell_cols; j++)
             if (dx_rng_below(rng, 256) < density)
                 tile->code[DX_TILE_CELLS * i + j] = (uint8_t)dx_rng_below(rng, 7);
-    fixture_struts(tile, tiling, 2 * density, rng);
+    fixture_struts(tile, tiling, 8 * density, rng);
     dx_tile_mask(tile, mask);
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
         if (!(mask[k / 8] >> (k % 8) & 1))
