@@ -206,12 +206,37 @@ static void parts_of_frames_to_f32(void **state)
                             DX_ENCODING_F32);
 }
 
+static void averaged_parts_to_q16(void **state)
+{
+    (void)state;
+    runs_without_allocating("streams:\n"
+                            "  - name: box\n"
+                            "    commit_ms: 1\n"
+                            "    ingest: {filter: mean, keyframe: 5}\n"
+                            "    synthetic: {scene: moving-box, size: 300x200, noise: 0.005,\n"
+                            "                dropouts: 0.02, rate: max, parts: 20}\n",
+                            DX_ENCODING_Q16);
+}
+
+static void medians_to_f32(void **state)
+{
+    (void)state;
+    runs_without_allocating("streams:\n"
+                            "  - name: hall\n"
+                            "    ingest: {filter: median3}\n"
+                            "    synthetic: {scene: hall, size: 300x200, noise: 0.005,\n"
+                            "                dropouts: 0.02, rate: max}\n",
+                            DX_ENCODING_F32);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(whole_frames_to_q16),
         cmocka_unit_test(whole_frames_to_delta),
         cmocka_unit_test(parts_of_frames_to_f32),
+        cmocka_unit_test(averaged_parts_to_q16),
+        cmocka_unit_test(medians_to_f32),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
