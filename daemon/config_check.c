@@ -56,6 +56,12 @@ static int check_stream(const struct check *c, uint32_t n)
         return r;
     if (mesh)
         return fail_stream(c, n, "mesh", mesh);
+    if (!strcmp(s->driver, "file") && s->source.file.thin.keep != DX_KEEP_CENTRE &&
+        s->source.file.thin.width == 0) {
+        snprintf(text, sizeof(text), "found %s, which needs a size",
+                 dx_keep_name(s->source.file.thin.keep));
+        return fail_stream(c, n, "file.keep", text);
+    }
     if (s->lossless && s->source.file.rate != 0)
         return fail_stream(c, n, "file.lossless", "found yes, which needs rate: max");
     if (s->wait > c->config->max_clients) {

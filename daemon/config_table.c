@@ -181,6 +181,15 @@ const struct dx_config_key dx_config_keys[] = {
     {"streams[].file.seam", DX_CONFIG_CHOICE, STREAM(source.file.fit.seam), .words = seams,
      .preset = "auto",
      .help = "Whether the first column follows the last, as in a full turn.\nauto: from the data."},
+    {"streams[].file.size", DX_CONFIG_SIZE, STREAM(source.file.thin.width),
+     STREAM_AT(source.file.thin.height), .min = 2, .max = DX_PLANE_MAX_SIDE, .words = automatic,
+     .preset = "auto",
+     .help = "Size of the array that samples are thinned into, columns by rows over the scan's field\n"
+             "of view.\nauto: the scan's own grid."},
+    {"streams[].file.keep", DX_CONFIG_CHOICE, STREAM(source.file.thin.keep), .word = dx_keep_name,
+     .preset = "centre",
+     .help = "With size: the sample that a dexel keeps when several fall into it; the one nearest to\n"
+             "its axis or to the scanner, the lower median, the mean, or the first."},
     {"streams[].file.attribute", DX_CONFIG_CHOICE, STREAM(source.file.attr_bytes),
      .words = file_depths, .preset = "auto",
      .help = "Bits of intensity with each dexel.\nauto: what the files have."},

@@ -257,6 +257,19 @@ static int64_t integer(const struct dx_config_key *key, const void *at)
     return word;
 }
 
+/* A size of zero is what the word left to be found out. */
+static void print_size(const struct dx_config_key *key, const void *base, FILE *out)
+{
+    uint32_t width, height;
+
+    memcpy(&width, (const char *)base + key->at, sizeof(width));
+    memcpy(&height, (const char *)base + key->other, sizeof(height));
+    if (width == 0 && height == 0)
+        fputs(word_for(key, 0), out);
+    else
+        fprintf(out, "%ux%u", width, height);
+}
+
 void dx_config_value_print(const struct dx_config_key *key, const void *base, FILE *out)
 {
     const void *at = (const char *)base + key->at;
@@ -278,8 +291,7 @@ void dx_config_value_print(const struct dx_config_key *key, const void *base, FI
         fputs(word_for(key, (double)integer(key, at)), out);
         break;
     case DX_CONFIG_SIZE:
-        fprintf(out, "%ux%u", *(const uint32_t *)at,
-                *(const uint32_t *)(const void *)((const char *)base + key->other));
+        print_size(key, base, out);
         break;
     case DX_CONFIG_NAME:
     case DX_CONFIG_PATH:

@@ -141,6 +141,26 @@ const char *dx_arg_operand(int argc, char **argv, const char *what)
     return NULL;
 }
 
+int dx_thin_args_size(struct dx_thin_options *o, const struct dx_arg *arg)
+{
+    int rc = dx_arg_size(&o->width, &o->height, arg);
+
+    if (rc == 0 && (o->width < 2 || o->height < 2 ||
+                    dx_geometry_table_len(DX_MODEL_SPINNING, o->height, o->width) == 0))
+        rc = dx_arg_bad(arg, "sides of 2 to %u and at most %u dexels", DX_PLANE_MAX_SIDE,
+                        DX_PLANE_MAX_DEXELS);
+    return rc;
+}
+
+int dx_thin_args_check(const struct dx_thin_options *o, const char *command, const char *size)
+{
+    if (o->width != 0 || o->keep == DX_KEEP_CENTRE)
+        return 0;
+    fprintf(stderr, "%s: --keep: found '%s' without %s, expected both\n", command,
+            dx_keep_name(o->keep), size);
+    return -EINVAL;
+}
+
 void dx_terrain_args_default(struct dx_terrain_args *a)
 {
     *a = (struct dx_terrain_args){.fit = {.unit_m = 0, .seam = -1}};

@@ -46,6 +46,20 @@ int dx_arg_keep(enum dx_keep *out, const struct dx_arg *arg);
 /* Exactly one argument that is no option: its text; NULL having said why. `what`: "a scan". */
 const char *dx_arg_operand(int argc, char **argv, const char *what);
 
+/* ---- an array of chosen size: mesh, convert, render --------------------------------------------
+ */
+
+#define DX_THIN_HELP(size)                                                                         \
+    "an array of chosen size, instead of the scan's own grid:\n"                                   \
+    "  " size " columns x rows over the scan's field of view\n"                                    \
+    "  --keep KEEP           the sample that a dexel keeps: centre|nearest|median|mean|first\n"    \
+    "                        (centre)\n"
+
+/* 0; -EINVAL having said why. `arg` is of the option that tells the size. */
+int dx_thin_args_size(struct dx_thin_options *o, const struct dx_arg *arg);
+/* After the last option: a policy needs a size. `size` names its option. */
+int dx_thin_args_check(const struct dx_thin_options *o, const char *command, const char *size);
+
 /* ---- terrain options: mesh, render, bench
  * ---------------------------------------------------------- */
 

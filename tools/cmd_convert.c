@@ -13,21 +13,22 @@ static const char help[] =
     "Converts a scan file, or a directory or glob of files, by way of the dexel array.\n\n"
     "  OUT                 a .ptx or .pcd file, or a directory for frame-NNNNNN files\n"
     "  --format ptx|pcd    of the files in a directory (ptx)\n"
-    "  --unit M            range unit, metres (finest that holds the range in 16 bits)\n";
+    "  --unit M            range unit, metres (finest that holds the range in 16 "
+    "bits)\n\n" DX_THIN_HELP("--size WxH           ");
 
-enum { OPT_FORMAT = 256, OPT_UNIT, OPT_HELP };
+enum { OPT_FORMAT = 256, OPT_UNIT, OPT_SIZE, OPT_KEEP, OPT_HELP };
 
 static const struct option options[] = {
-    {"format", required_argument, NULL, OPT_FORMAT},
-    {"unit", required_argument, NULL, OPT_UNIT},
-    {"help", no_argument, NULL, OPT_HELP},
-    {0},
+    {"format", required_argument, NULL, OPT_FORMAT}, {"unit", required_argument, NULL, OPT_UNIT},
+    {"size", required_argument, NULL, OPT_SIZE},     {"keep", required_argument, NULL, OPT_KEEP},
+    {"help", no_argument, NULL, OPT_HELP},           {0},
 };
 
 struct args {
     const char *in, *out;
     enum dx_frame_format format;
     double unit_m; /* 0: from the data */
+    struct dx_thin_options thin;
 };
 
 /* Takes frames from the driver and hands them on to the writer. */
@@ -95,7 +96,7 @@ static int copy(struct dx_device *dev, struct sink *s)
 static int run(const struct args *a, struct dx_err *err)
 {
     const struct dx_file_config config = {
-        .path = a->in, .attr_bytes = -1, .fit = {.unit_m = a->unit_m, .seam = -1}};
+        .path = a->in, .attr_bytes = -1, .fit = {.unit_m = a->unit_m, .seam = -1}, .thin = a->thin};
     struct dx_out_frames out;
     struct sink s = {.out = &out, .err = err};
     struct dx_device *dev;
@@ -132,6 +133,10 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_UNIT:
         return dx_arg_double(&a->unit_m, &(struct dx_arg){"dexel convert", "--unit", text}, 1e-6, 1,
                              "metres");
+    case OPT_SIZE:
+        return dx_thin_args_size(&a->thin, &(struct dx_arg){"dexel convert", "--size", text});
+    case OPT_KEEP:
+        return dx_arg_keep(&a->thin.keep, &(struct dx_arg){"dexel convert", "--keep", text});
     default:
         return -EINVAL; /* getopt has said what it did not know */
     }
@@ -153,6 +158,8 @@ static int parse(struct args *a, int argc, char **argv)
         fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n", argc - optind);
         return -EINVAL;
     }
+    if (dx_thin_args_check(&a->thin, "dexel convert", "--size") < 0)
+        return -EINVAL;
     a->in = argv[optind];
     a->out = argv[optind + 1];
     if (dx_out_frames_check(a->out, &err) == 0)

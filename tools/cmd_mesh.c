@@ -23,7 +23,8 @@ static const char help[] =
     "  --split             each fan of triangles that meet in a point gets a vertex of its own\n"
     "  --encoding f32|q16|delta\n"
     "                      pass the tiles through an encoding of the protocol\n"
-    "  --stats             one JSON object on standard output\n\n" DX_TERRAIN_HELP;
+    "  --stats             one JSON object on standard output\n\n" DX_THIN_HELP(
+        "--size WxH           ") "\n" DX_TERRAIN_HELP;
 
 enum {
     OPT_MODE = 256,
@@ -34,6 +35,8 @@ enum {
     OPT_SPLIT,
     OPT_ENCODING,
     OPT_STATS,
+    OPT_SIZE,
+    OPT_KEEP,
     OPT_HELP
 };
 
@@ -46,6 +49,8 @@ static const struct option options[] = {
     {"split", no_argument, NULL, OPT_SPLIT},
     {"encoding", required_argument, NULL, OPT_ENCODING},
     {"stats", no_argument, NULL, OPT_STATS},
+    {"size", required_argument, NULL, OPT_SIZE},
+    {"keep", required_argument, NULL, OPT_KEEP},
     {"help", no_argument, NULL, OPT_HELP},
     DX_TERRAIN_OPTIONS,
     {0},
@@ -80,6 +85,10 @@ static int set_value(struct args *a, int opt, const char *text)
         a->config.encoding =
             dx_arg_choice(&(struct dx_arg){"dexel mesh", "--encoding", text}, encodings);
         return a->config.encoding < 0 ? -EINVAL : 0;
+    case OPT_SIZE:
+        return dx_thin_args_size(&a->config.thin, &(struct dx_arg){"dexel mesh", "--size", text});
+    case OPT_KEEP:
+        return dx_arg_keep(&a->config.thin.keep, &(struct dx_arg){"dexel mesh", "--keep", text});
     default:
         return dx_terrain_args_set(&a->config.terrain, "dexel mesh", opt, text);
     }
@@ -112,7 +121,8 @@ static int check(const struct args *a)
 {
     struct dx_err err;
 
-    if (dx_terrain_args_check(&a->config.terrain, "dexel mesh") < 0)
+    if (dx_terrain_args_check(&a->config.terrain, "dexel mesh") < 0 ||
+        dx_thin_args_check(&a->config.thin, "dexel mesh", "--size") < 0)
         return -EINVAL;
     if (!a->out && !a->stats) {
         fprintf(stderr, "dexel mesh: found neither -o nor --stats, expected one of them\n");

@@ -22,7 +22,8 @@ static const char help[] =
     "  --size WxH               pixels (1600 wide)\n"
     "  --shade normal|attr|range\n"
     "  --edges                  with the triangles' edges\n"
-    "  --frame N                which frame of a sequence, from 0 (the last)\n\n" DX_TERRAIN_HELP;
+    "  --frame N                which frame of a sequence, from 0 (the last)\n\n" DX_THIN_HELP(
+        "--array WxH          ") "\n" DX_TERRAIN_HELP;
 
 #define MAX_PIXELS (1u << 25)
 
@@ -91,7 +92,7 @@ static int set_shade(struct args *a, const char *text)
     return k < 0 ? k : 0;
 }
 
-enum { OPT_VIEW = 256, OPT_SIZE, OPT_SHADE, OPT_EDGES, OPT_FRAME, OPT_HELP };
+enum { OPT_VIEW = 256, OPT_SIZE, OPT_SHADE, OPT_EDGES, OPT_FRAME, OPT_ARRAY, OPT_KEEP, OPT_HELP };
 
 static const struct option options[] = {
     {"view", required_argument, NULL, OPT_VIEW},
@@ -99,6 +100,8 @@ static const struct option options[] = {
     {"shade", required_argument, NULL, OPT_SHADE},
     {"edges", no_argument, NULL, OPT_EDGES},
     {"frame", required_argument, NULL, OPT_FRAME},
+    {"array", required_argument, NULL, OPT_ARRAY},
+    {"keep", required_argument, NULL, OPT_KEEP},
     {"help", no_argument, NULL, OPT_HELP},
     DX_TERRAIN_OPTIONS,
     {0},
@@ -122,6 +125,11 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_FRAME:
         return dx_arg_u64(&a->config.frame, &(struct dx_arg){"dexel render", "--frame", text}, 0,
                           1000000000, "a frame's number");
+    case OPT_ARRAY: /* --size is the picture's */
+        return dx_thin_args_size(&a->config.thin,
+                                 &(struct dx_arg){"dexel render", "--array", text});
+    case OPT_KEEP:
+        return dx_arg_keep(&a->config.thin.keep, &(struct dx_arg){"dexel render", "--keep", text});
     default:
         return dx_terrain_args_set(&a->config.terrain, "dexel render", opt, text);
     }
@@ -135,11 +143,14 @@ static int check(const struct args *a)
         fprintf(stderr, "dexel render: -o: found '%s', expected OUT.png\n", a->out ? a->out : "");
         return -EINVAL;
     }
-    if (a->config.frame != DX_OFFLINE_LAST && dx_ply_probe(a->config.path)) {
-        fprintf(stderr, "dexel render: --frame: found the mesh '%s', expected a scan\n",
-                a->config.path);
+    if ((a->config.frame != DX_OFFLINE_LAST || a->config.thin.width) &&
+        dx_ply_probe(a->config.path)) {
+        fprintf(stderr, "dexel render: %s: found the mesh '%s', expected a scan\n",
+                a->config.thin.width ? "--array" : "--frame", a->config.path);
         return -EINVAL;
     }
+    if (dx_thin_args_check(&a->config.thin, "dexel render", "--array") < 0)
+        return -EINVAL;
     return dx_terrain_args_check(&a->config.terrain, "dexel render");
 }
 

@@ -115,7 +115,7 @@ static int decode_file(struct sink *s, struct dx_offline *o, const struct dx_off
                        struct dx_err *err)
 {
     const struct dx_file_config config = {
-        .path = c->path, .rate = 0, .attr_bytes = -1, .fit = c->terrain.fit};
+        .path = c->path, .attr_bytes = -1, .fit = c->terrain.fit, .thin = c->thin};
     const struct dx_fit_report *report;
     struct dx_device *dev;
     int rc = dx_file_driver.open(&dev, &config, err);

@@ -16,6 +16,7 @@
 struct dx_offline_config {
     const char *path; /* file, directory or glob */
     struct dx_terrain_args terrain;
+    struct dx_thin_options thin;
     uint64_t frame;     /* which frame of a sequence, from 0, or DX_OFFLINE_LAST */
     unsigned n_threads; /* 0: one a processor */
     int encoding;       /* enum dx_encoding that tiles pass through, or DX_OFFLINE_PLAIN */

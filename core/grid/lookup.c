@@ -30,6 +30,12 @@ static double cross(struct vec2 a, struct vec2 b)
     return a.x * b.y - a.y * b.x;
 }
 
+/* Less than half a turn on, so that there is a half way. */
+static bool follows(struct vec2 a, struct vec2 b)
+{
+    return cross(a, b) > 0 && a.x * b.x + a.y * b.y > -0.999;
+}
+
 /* Half way between two directions less than half a turn apart. */
 static struct vec2 bisector(struct vec2 a, struct vec2 b)
 {
@@ -143,7 +149,7 @@ static int spinning_columns(struct dx_lookup *l, const struct dx_geometry *g)
         struct vec2 before = col_direction(l, g, k - 1), after = col_direction(l, g, k);
         struct vec2 mid = bisector(before, after);
 
-        if (!(cross(before, after) > 0))
+        if (!follows(before, after))
             return -EINVAL;
         edge[k] = turned(l, mid.x, mid.y);
     }
@@ -170,7 +176,7 @@ static int spinning_rows(struct dx_lookup *l, const struct dx_geometry *g)
     struct vec2 outer;
 
     for (uint32_t k = 0; k < n; k++, d += 6)
-        if (d[1] != 0 || d[3] != 0 || d[4] != 0 || d[5] != 0 || !(d[0] > -1e-6F))
+        if (d[1] != 0 || d[3] != 0 || d[4] != 0 || d[5] != 0 || !(d[0] > -1e-6f))
             return -EINVAL;
     l->row_sign = 1;
     if (cross(row_direction(l, g, 0), row_direction(l, g, 1)) < 0)

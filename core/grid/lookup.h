@@ -26,7 +26,7 @@ struct dx_lookup {
 };
 
 /* Allocates its tables. Errors: -EINVAL (model, row offsets, columns or rows that do not go one
- * way), -ENOMEM. */
+ * way or lie half a turn apart), -ENOMEM. */
 int dx_lookup_init(struct dx_lookup *l, const struct dx_geometry *g);
 void dx_lookup_fini(struct dx_lookup *l);
 

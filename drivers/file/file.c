@@ -5,6 +5,7 @@
  */
 #include "drivers/file/file.h"
 
+#include "drivers/file/array.h"
 #include "drivers/file/file_list.h"
 #include "drivers/file/format.h"
 #include "drivers/file/slurp.h"
@@ -17,10 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define DEFAULT_FPS   10.0
-#define MAX_DEPARTURE 0.5 /* dexels; above, a frame has another geometry */
-#define LIMIT_2_BYTES 65535.0
-#define LIMIT_4_BYTES 4294967295.0
+#define DEFAULT_FPS 10.0
 
 struct dx_device {
     struct dx_file_config config; /* path is list's business */
@@ -42,13 +40,13 @@ struct dx_device {
 
     /* decode() */
     struct dx_xyz_frame frame;
-    struct dx_geometry *geometry; /* told to the sink */
-    uint8_t attr_bytes;           /* told to the sink */
-    struct dx_fit_report report;
+    struct dx_array array;
 };
 
 static int check_config(const struct dx_file_config *c, struct dx_err *err)
 {
+    int rc;
+
     if (!c->path || !c->path[0])
         return dx_err_set(err, -EINVAL, "file: no path, expected a file, directory or glob");
     if (!(c->rate >= 0) || isinf(c->rate))
@@ -57,7 +55,10 @@ static int check_config(const struct dx_file_config *c, struct dx_err *err)
         return dx_err_set(err, -EINVAL, "file: fps %g, expected 0 (default) to 1e6", c->fps);
     if (c->attr_bytes < -1 || c->attr_bytes > 2)
         return dx_err_set(err, -EINVAL, "file: attr_bytes %d, expected -1 to 2", c->attr_bytes);
-    return 0;
+    rc = dx_array_check(&c->thin, err);
+    if (rc)
+        dx_err_prefix(err, "file");
+    return rc;
 }
 
 static void file_close(struct dx_device *dev)
@@ -68,7 +69,7 @@ static void file_close(struct dx_device *dev)
     dx_file_list_fini(&dev->list);
     dx_slurp_fini(&dev->file);
     dx_xyz_frame_fini(&dev->frame);
-    dx_geometry_unref(dev->geometry);
+    dx_array_fini(&dev->array);
     free(dev);
 }
 
@@ -91,6 +92,8 @@ static int file_open(struct dx_device **out, const void *config, struct dx_err *
     if (!dev)
         return dx_err_set(err, -ENOMEM, "%s: no memory", c->path);
     dev->config = *c;
+    dev->array.fit = c->fit;
+    dev->array.thin = c->thin;
     dev->config.fps = c->fps > 0 ? c->fps : DEFAULT_FPS;
     set_name(dev, c->path);
     rc = dx_pace_init(&dev->pace, c->rate);
@@ -248,63 +251,6 @@ static struct dx_points to_points(struct dx_device *dev)
     return (struct dx_points){f->height, f->width, f->xyz, want ? f->attr : NULL, want};
 }
 
-static bool fits(const struct dx_geometry *g, double range)
-{
-    return rint(range / (double)g->unit_m) <= (g->range_bytes == 2 ? LIMIT_2_BYTES : LIMIT_4_BYTES);
-}
-
-/* The frame's own fit says nothing new. */
-static bool same_geometry(const struct dx_geometry *g, const struct dx_geometry *fresh,
-                          const struct dx_fit_report *report)
-{
-    bool no_better = fresh->unit_m == g->unit_m && fresh->range_bytes == g->range_bytes;
-
-    return (fits(g, report->max_range_m) || no_better) &&
-           dx_geometry_departure(g, fresh) <= MAX_DEPARTURE;
-}
-
-static int tell_geometry(struct dx_device *dev, struct dx_geometry *fresh, uint8_t attr_bytes,
-                         const struct dx_fit_report *report, const struct dx_frame_sink *sink)
-{
-    int rc = sink->geometry(sink->ctx, fresh, attr_bytes);
-
-    if (rc) {
-        dx_geometry_unref(fresh);
-        return rc;
-    }
-    dx_geometry_unref(dev->geometry);
-    dev->geometry = fresh;
-    dev->attr_bytes = attr_bytes;
-    dev->report = *report;
-    return 0;
-}
-
-/* Keeps the geometry that was told, or tells the frame's own. */
-static int settle_geometry(struct dx_device *dev, const struct dx_points *points,
-                           const struct dx_block *block, const struct dx_frame_sink *sink,
-                           struct dx_err *err)
-{
-    struct dx_geometry *g = dev->geometry, *fresh;
-    struct dx_fit_report report;
-    bool same = g && memcmp(g->pose, dev->frame.pose, sizeof(g->pose)) == 0 &&
-                dev->attr_bytes == points->attr_bytes;
-    int rc;
-
-    if (same && dx_fit_holds(g, points, MAX_DEPARTURE))
-        return 0;
-    rc = dx_fit_geometry(&fresh, &report, points, &dev->config.fit, err);
-    if (rc) {
-        dx_err_prefix(err, block->source);
-        return rc == -ENOMEM ? rc : DX_DRIVER_E_CORRUPT;
-    }
-    memcpy(fresh->pose, dev->frame.pose, sizeof(fresh->pose));
-    if (same && same_geometry(g, fresh, &report)) {
-        dx_geometry_unref(fresh);
-        return 0;
-    }
-    return tell_geometry(dev, fresh, points->attr_bytes, &report, sink);
-}
-
 static int file_decode(struct dx_device *dev, const struct dx_block *block,
                        const struct dx_frame_sink *sink, struct dx_err *err)
 {
@@ -316,14 +262,14 @@ static int file_decode(struct dx_device *dev, const struct dx_block *block,
     if (rc)
         return rc;
     points = to_points(dev);
-    rc = settle_geometry(dev, &points, block, sink, err);
+    rc = dx_array_settle(&dev->array, &points, dev->frame.pose, block->source, sink, err);
     if (rc)
         return rc;
     plane = sink->plane(sink->ctx, block->number);
     if (!plane)
         return DX_DRIVER_E_AGAIN;
-    dx_fit_ranges(plane, dev->geometry, &points);
-    part.n_cols = points.width;
+    dx_array_fill(&dev->array, plane, &points);
+    part.n_cols = dev->array.geometry->width;
     dev->n_decoded++;
     sink->deliver(sink->ctx, &part);
     return 0;
@@ -338,7 +284,7 @@ static void file_wake(struct dx_device *dev)
 
 static void file_describe(struct dx_device *dev, char *text, size_t len)
 {
-    const struct dx_geometry *g = dev->geometry;
+    const struct dx_geometry *g = dev->array.geometry;
     int n =
         snprintf(text, len, "%s: %zu file%s", dev->name, dev->list.n, dev->list.n == 1 ? "" : "s");
 
@@ -346,13 +292,13 @@ static void file_describe(struct dx_device *dev, char *text, size_t len)
         return;
     snprintf(text + n, len - (size_t)n,
              ", %s %ux%u, rms %.2g dexel, regularity %.2g dexel, unit %g mm",
-             dx_model_name(g->model), g->width, g->height, dev->report.rms_dexel,
-             dev->report.regularity, (double)g->unit_m * 1000);
+             dx_model_name(g->model), g->width, g->height, dev->array.report.rms_dexel,
+             dev->array.report.regularity, (double)g->unit_m * 1000);
 }
 
 const struct dx_fit_report *dx_file_fit_report(const struct dx_device *dev)
 {
-    return dev->geometry ? &dev->report : NULL;
+    return dev->array.geometry ? &dev->array.report : NULL;
 }
 
 const struct dx_driver dx_file_driver = {

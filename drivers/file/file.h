@@ -8,6 +8,7 @@
 
 #include "drivers/driver.h"
 #include "core/grid/fit.h"
+#include "core/grid/represent.h"
 
 struct dx_file_config {
     const char *path; /* file, directory or glob */
@@ -16,6 +17,7 @@ struct dx_file_config {
     bool loop;
     int attr_bytes; /* -1: as the data has it; 0 none; 1; 2 */
     struct dx_fit_options fit;
+    struct dx_thin_options thin; /* an array of chosen size instead of the files' own grid */
 };
 
 extern const struct dx_driver dx_file_driver;

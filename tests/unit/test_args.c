@@ -126,6 +126,32 @@ static void test_choice(void **state)
     assert_string_equal(end(), "c: -e: found 'q1', expected f32|q16\n");
 }
 
+static void test_thin(void **state)
+{
+    static const char *const bad[] = {"1x10", "10x1", "60000x60000", "10"};
+    struct dx_thin_options o = {0};
+
+    (void)state;
+    assert_int_equal(dx_thin_args_check(&o, "c", "--size"), 0);
+    assert_int_equal(dx_arg_keep(&o.keep, &(struct dx_arg){"c", "--keep", "nearest"}), 0);
+    assert_int_equal(o.keep, DX_KEEP_NEAREST);
+    begin();
+    assert_int_equal(dx_thin_args_check(&o, "c", "--size"), -EINVAL);
+    assert_string_equal(end(), "c: --keep: found 'nearest' without --size, expected both\n");
+    assert_int_equal(dx_thin_args_size(&o, &(struct dx_arg){"c", "--size", "1500x1000"}), 0);
+    assert_int_equal(o.width, 1500);
+    assert_int_equal(o.height, 1000);
+    assert_int_equal(dx_thin_args_check(&o, "c", "--size"), 0);
+    begin();
+    for (size_t k = 0; k < sizeof(bad) / sizeof(bad[0]); k++)
+        assert_int_equal(dx_thin_args_size(&o, &(struct dx_arg){"c", "--size", bad[k]}), -EINVAL);
+    end();
+    begin();
+    assert_int_equal(dx_arg_keep(&o.keep, &(struct dx_arg){"c", "--keep", "best"}), -EINVAL);
+    assert_string_equal(end(),
+                        "c: --keep: found 'best', expected centre|nearest|median|mean|first\n");
+}
+
 static void test_terrain(void **state)
 {
     struct dx_terrain_args a;
@@ -155,9 +181,9 @@ static void test_terrain(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_double), cmocka_unit_test(test_u64),
-        cmocka_unit_test(test_size),   cmocka_unit_test(test_triple),
-        cmocka_unit_test(test_choice), cmocka_unit_test(test_terrain),
+        cmocka_unit_test(test_double),  cmocka_unit_test(test_u64),    cmocka_unit_test(test_size),
+        cmocka_unit_test(test_triple),  cmocka_unit_test(test_choice), cmocka_unit_test(test_thin),
+        cmocka_unit_test(test_terrain),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -162,7 +162,7 @@ static void test_file(void **state)
          "  name: one\n"
          "- name: two\n"
          "  file: {path: x, rate: max, fps: 30, loop: on, lossless: yes, wait: 2, unit: 0.002,\n"
-         "         seam: off, attribute: 16}\n"
+         "         seam: off, attribute: 16, size: 1500x1000, keep: median}\n"
          "- name: three\n"
          "  mesh:\n"
          "  file: {path: x, rate: 2.5, seam: on, attribute: '0'}\n");
@@ -172,9 +172,11 @@ static void test_file(void **state)
     assert_string_equal(f->path, "/data/a b.ptx.gz");
     assert_true(f->rate == 1 && f->fps == 10 && !f->loop && f->attr_bytes == -1);
     assert_true(f->fit.unit_m == 0 && f->fit.seam == -1);
+    assert_true(f->thin.width == 0 && f->thin.height == 0 && f->thin.keep == DX_KEEP_CENTRE);
     f = &c.streams[1].source.file;
     assert_true(f->rate == 0 && f->fps == 30 && f->loop && f->attr_bytes == 2);
     assert_true(f->fit.unit_m == 0.002 && f->fit.seam == 0);
+    assert_true(f->thin.width == 1500 && f->thin.height == 1000 && f->thin.keep == DX_KEEP_MEDIAN);
     assert_true(c.streams[1].lossless);
     assert_int_equal(c.streams[1].wait, 2);
     f = &c.streams[2].source.file;

@@ -230,6 +230,12 @@ static void test_together(void **state)
          "influence"},
         {STREAM "    file: {path: x, lossless: yes}\n",
          "t.yaml:3:31: streams[0].file.lossless: found yes, which needs rate: max"},
+        {STREAM "    file: {path: x, keep: nearest}\n",
+         "t.yaml:3:27: streams[0].file.keep: found nearest, which needs a size"},
+        {STREAM "    file: {path: x, size: 1x100}\n",
+         "t.yaml:3:27: streams[0].file.size: found '1x100', expected auto or COLUMNSxROWS, each "
+         "from "
+         "2 to 65535, at most 268435456 dexels"},
         {"max_clients: 3\n" STREAM "    file: {path: x, wait: 4}\n",
          "t.yaml:4:27: streams[0].file.wait: found 4, expected at most max_clients, which is 3"},
     };
