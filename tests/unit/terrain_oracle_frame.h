@@ -248,7 +248,9 @@ static inline bool departure(wide *r, const struct oracle *o, enum line e, int64
     return w[0] != 0 || w[1] != 0;
 }
 
-static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t j)
+/* Whether a dexel and its neighbours on the line are in one plane, to `k2` = the square of so many
+ * sigmas. */
+static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t j, int k2)
 {
     const int64_t x = dexel(o, i, j), m = along(o, e, i, j, -1), p = along(o, e, i, j, 1);
     wide r, d8, e0, em, ep;
@@ -259,7 +261,23 @@ static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t 
     e0 = o->inverse_noise8[x];
     em = o->inverse_noise8[m] * o->weight[e][x][0] >> 24;
     ep = o->inverse_noise8[p] * o->weight[e][x][1] >> 24;
-    return d8 * d8 <= 9 * (e0 * e0 + em * em + ep * ep);
+    return d8 * d8 <= k2 * (e0 * e0 + em * em + ep * ep);
+}
+
+/* The second-order rule: both ends fit, or one does so surely; four samples on the line. */
+static inline bool is_rescued(const struct oracle *o, enum line e, int64_t i, int64_t j)
+{
+    const int64_t i2 = i + line_step[e][0], j2 = j + line_step[e][1], x1 = dexel(o, i, j);
+
+    for (int n = -1; n <= 2; n++) {
+        const int64_t x = along(o, e, i, j, n);
+
+        if (x < 0 || !o->inverse[x])
+            return false;
+    }
+    return within_gate(o, x1, dexel(o, i2, j2), o->gate89[e][x1]) &&
+           ((fits(o, e, i, j, 9) && fits(o, e, i2, j2, 9)) || fits(o, e, i, j, 1) ||
+            fits(o, e, i2, j2, 1));
 }
 
 static inline bool decide_joined(const struct oracle *o, enum line e, int64_t i, int64_t j)
@@ -270,8 +288,7 @@ static inline bool decide_joined(const struct oracle *o, enum line e, int64_t i,
         return false;
     if (o->q.paper || within_gate(o, x1, x2, o->gate[e][x1]))
         return true;
-    return o->q.rescue && within_gate(o, x1, x2, o->gate89[e][x1]) && fits(o, e, i, j) &&
-           fits(o, e, i + line_step[e][0], j + line_step[e][1]);
+    return o->q.rescue && is_rescued(o, e, i, j);
 }
 
 /* The pair of (i,j) and the dexel n = +1 or -1 steps along the line. */
