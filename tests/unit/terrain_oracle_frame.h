@@ -248,8 +248,9 @@ static inline bool departure(wide *r, const struct oracle *o, enum line e, int64
     return w[0] != 0 || w[1] != 0;
 }
 
-/* Within `sigmas2` squared sigmas. */
-static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t j, int sigmas2)
+/* Whether a dexel and its neighbours on the line are in one plane, to `k2` = the square of so many
+ * sigmas. */
+static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t j, int k2)
 {
     const int64_t x = dexel(o, i, j), m = along(o, e, i, j, -1), p = along(o, e, i, j, 1);
     wide r, d8, e0, em, ep;
@@ -260,22 +261,28 @@ static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t 
     e0 = o->inverse_noise8[x];
     em = o->inverse_noise8[m] * o->weight[e][x][0] >> 24;
     ep = o->inverse_noise8[p] * o->weight[e][x][1] >> 24;
-    return d8 * d8 <= sigmas2 * (e0 * e0 + em * em + ep * ep);
+    return d8 * d8 <= k2 * (e0 * e0 + em * em + ep * ep);
+}
+
+/* The second-order rule: both ends fit, or one does so surely. */
+static inline bool is_rescued(const struct oracle *o, enum line e, int64_t i, int64_t j)
+{
+    const int64_t i2 = i + line_step[e][0], j2 = j + line_step[e][1], x1 = dexel(o, i, j);
+
+    return within_gate(o, x1, dexel(o, i2, j2), o->gate89[e][x1]) &&
+           ((fits(o, e, i, j, 9) && fits(o, e, i2, j2, 9)) || fits(o, e, i, j, 1) ||
+            fits(o, e, i2, j2, 1));
 }
 
 static inline bool decide_joined(const struct oracle *o, enum line e, int64_t i, int64_t j)
 {
     const int64_t x1 = dexel(o, i, j), x2 = along(o, e, i, j, 1);
-    const int64_t i2 = i + line_step[e][0], j2 = j + line_step[e][1];
 
     if (!range_at(o, x1) || !range_at(o, x2) || !within_cap(o, x1, x2))
         return false;
     if (o->q.paper || within_gate(o, x1, x2, o->gate[e][x1]))
         return true;
-    if (!o->q.rescue || !within_gate(o, x1, x2, o->gate89[e][x1]))
-        return false;
-    return (fits(o, e, i, j, 9) && fits(o, e, i2, j2, 9)) || fits(o, e, i, j, 1) ||
-           fits(o, e, i2, j2, 1);
+    return o->q.rescue && is_rescued(o, e, i, j);
 }
 
 /* The pair of (i,j) and the dexel n = +1 or -1 steps along the line. */
