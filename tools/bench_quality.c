@@ -51,10 +51,15 @@ struct args {
 };
 
 int dx_quality_run_rig(struct dx_quality_rig **out, const struct dx_quality_run *run,
-                       enum dx_scene scene, uint32_t height, uint32_t width)
+                       const struct dx_quality_scan *scan)
 {
-    return dx_quality_rig_new(out, scene, run->quick ? height / 2 : height,
-                              run->quick ? width / 2 : width);
+    struct dx_scene_config c;
+
+    dx_scene_config_default(&c, scan->scene);
+    c.width = run->quick ? scan->width / 2 : scan->width;
+    c.height = run->quick ? scan->height / 2 : scan->height;
+    c.flip_cols = scan->mirrored;
+    return dx_quality_rig_new(out, &c);
 }
 
 static int set_option(struct args *a, int opt, const char *text)

@@ -89,8 +89,13 @@ dx_quality_theme dx_quality_theme_coverage, dx_quality_theme_veil, dx_quality_th
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
     dx_quality_theme_noise, dx_quality_theme_topology, dx_quality_theme_bytes;
 
-/* A rig of a theme's scene; half the size when the run is quick. */
+/* A scene as the themes' tables name it; half the size when the run is quick. */
+struct dx_quality_scan {
+    enum dx_scene scene;
+    uint32_t width, height;
+    bool mirrored; /* the columns the other way round */
+};
 int dx_quality_run_rig(struct dx_quality_rig **out, const struct dx_quality_run *run,
-                       enum dx_scene scene, uint32_t height, uint32_t width);
+                       const struct dx_quality_scan *scan);
 
 #endif

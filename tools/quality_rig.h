@@ -37,9 +37,9 @@ struct dx_quality_rig {
     uint8_t *code;              /* enum dx_cell of cell i * cell_cols + j, of the last mesh */
 };
 
-/* The scene at a size, without noise. Errors: -EINVAL, -ENOMEM. */
-int dx_quality_rig_new(struct dx_quality_rig **out, enum dx_scene scene, uint32_t height,
-                       uint32_t width);
+/* What `scene` says, but without noise, drop-outs and mixed pixels: those are drawn. Errors:
+ * -EINVAL, -ENOMEM. */
+int dx_quality_rig_new(struct dx_quality_rig **out, const struct dx_scene_config *scene);
 void dx_quality_rig_free(struct dx_quality_rig *rig);
 
 /* Fills the frame: noise s0 + s1 r + s2 r^2, drop-outs and mixed pixels as the scene's sensor makes
