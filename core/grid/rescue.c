@@ -3,14 +3,14 @@
 
 #include <string.h>
 
-#define SIGMAS2 9 /* of the noise of a residual, squared */
+/* How well sample x of a line goes with the neighbour before and the one after it: the departure in
+ * sigmas, squared, is at most this. */
+enum fit { FIT_NONE = 0, FIT_SURE = 1, FIT_FAIR = 9 };
 
-/* Sample x of a line with the neighbour before and after it. */
-static bool fits(const struct dx_area *a, const struct dx_gates *gates, struct dx_line line,
-                 struct dx_step s, uint32_t p, uint32_t q)
+static enum fit fit_of(const struct dx_area *a, const struct dx_gates *gates, struct dx_line line,
+                       struct dx_step s, uint32_t p, uint32_t q)
 {
-    const uint32_t p0 = p - s.row, q0 = q - s.col;
-    const uint32_t p1 = p + s.row, q1 = q + s.col;
+    const uint32_t p0 = p - s.row, q0 = q - s.col, p1 = p + s.row, q1 = q + s.col;
     const int64_t r = dx_line_residual(a->q[p0][q0], a->q[p][q], a->q[p1][q1], line);
     const uint64_t off = (uint64_t)(r < 0 ? -r : r) >> 16;
     const uint64_t e = dx_line_noise(&gates->sigma, a->q[p][q], a->range[p][q]);
@@ -19,8 +19,11 @@ static bool fits(const struct dx_area *a, const struct dx_gates *gates, struct d
     unsigned __int128 w0 = (unsigned __int128)before * line.minus >> 24;
     unsigned __int128 w1 = (unsigned __int128)after * line.plus >> 24;
     unsigned __int128 variance = (unsigned __int128)e * e + w0 * w0 + w1 * w1;
+    unsigned __int128 off2 = (unsigned __int128)off * off;
 
-    return (line.minus | line.plus) && (unsigned __int128)off * off <= SIGMAS2 * variance;
+    if (!(line.minus | line.plus) || off2 > FIT_FAIR * variance)
+        return FIT_NONE;
+    return off2 <= FIT_SURE * variance ? FIT_SURE : FIT_FAIR;
 }
 
 /* The pair (p, q), (p, q) + s has a sample before and one after it. */
@@ -40,15 +43,18 @@ static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
     const uint32_t cell = e == DX_EDGE_BD ? q - 1 : q; /* of the edge's constants */
     const uint32_t p1 = p + s.row, q1 = q + s.col;
     uint32_t row = dx_area_row(a, p), col, col1;
+    enum fit here, there;
 
     if (!has_four(a, s, p, q))
         return false;
     col = dx_area_col(a, q, g->width);
     col1 = dx_area_col(a, q1, g->width);
-    return dx_gates_pass(gates, a->range[p][q], a->range[p1][q1],
-                         dx_gates_steep(gates, g, e, row, dx_area_col(a, cell, g->width))) &&
-           fits(a, gates, dx_gates_line(gates, g->width, e, row, col), s, p, q) &&
-           fits(a, gates, dx_gates_line(gates, g->width, e, row + s.row, col1), s, p1, q1);
+    if (!dx_gates_pass(gates, a->range[p][q], a->range[p1][q1],
+                       dx_gates_steep(gates, g, e, row, dx_area_col(a, cell, g->width))))
+        return false;
+    here = fit_of(a, gates, dx_gates_line(gates, g->width, e, row, col), s, p, q);
+    there = fit_of(a, gates, dx_gates_line(gates, g->width, e, row + s.row, col1), s, p1, q1);
+    return here == FIT_SURE || there == FIT_SURE || (here && there);
 }
 
 void dx_rescue_row(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g,
