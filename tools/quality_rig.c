@@ -229,7 +229,8 @@ void dx_quality_rig_draw(struct dx_quality_rig *rig, const struct dx_quality_dra
     struct dx_sensor sensor;
 
     set_drawing(&rig->scene, draw);
-    dx_sensor_init(&sensor, rig->geometry, &rig->scene, 0);
+    rig->frame_number = draw->frame;
+    dx_sensor_init(&sensor, rig->geometry, &rig->scene, draw->frame);
     for (uint32_t i = 0; i < rig->geometry->height; i++)
         dx_sensor_row(&rig->frame, &sensor, i, 0, rig->geometry->width, dx_quality_sight(rig, i, 0),
                       row_or_null(rig, (int64_t)i - 1), row_or_null(rig, (int64_t)i + 1));
@@ -241,7 +242,7 @@ bool dx_quality_rig_mixed(const struct dx_quality_rig *rig, uint32_t row, uint32
     const struct dx_sight *below = row_or_null(rig, (int64_t)row + 1);
     struct dx_sensor sensor;
 
-    dx_sensor_init(&sensor, rig->geometry, &rig->scene, 0);
+    dx_sensor_init(&sensor, rig->geometry, &rig->scene, rig->frame_number);
     return dx_sensor_mixes(&sensor, row, col, dx_quality_sight(rig, row, col),
                            above ? above + col : NULL, below ? below + col : NULL);
 }

@@ -33,6 +33,7 @@ struct dx_quality_rig {
     uint8_t *class; /* enum dx_quality_class bits of cell i * cell_cols + j */
     float *mid[2];  /* the true range at the middle of the AC, the BD diagonal of cell (i, j) */
     struct dx_plane frame;
+    uint64_t frame_number;
     struct dx_terrain *terrain; /* of the last mesh; NULL before */
     uint8_t *code;              /* enum dx_cell of cell i * cell_cols + j, of the last mesh */
 };
@@ -47,6 +48,7 @@ void dx_quality_rig_free(struct dx_quality_rig *rig);
 struct dx_quality_draw {
     double sigma[3], dropout, mixed;
     uint64_t seed;
+    uint64_t frame; /* of one seed: each has noise of its own; what stands in the scene stays */
 };
 
 void dx_quality_rig_draw(struct dx_quality_rig *rig, const struct dx_quality_draw *draw);
