@@ -13,9 +13,10 @@
 static const char help[] =
     "usage: dexel bench quality [OPTIONS] [THEME...]\n"
     "Measures the meshes of simulated scans against what the beams really meet.\n\n"
-    "  themes: coverage, veil, mixed, dropouts, diagonals, walls, noise, topology, bytes (all)\n"
+    "  themes: coverage, veil, mixed, dropouts, diagonals, walls, noise, topology, bytes,\n"
+    "          static (all)\n"
     "  --seed N     of noise, drop-outs and mixed pixels (1)\n"
-    "  --quick      grids of half the rows and columns: seconds instead of a minute\n"
+    "  --quick      grids of half the rows and columns, under the bars of whole ones\n"
     "  --check      exit status 1 when a bar is not met\n"
     "  --json       one JSON object on standard output\n"
     "  --markdown   the tables as Markdown\n";
@@ -32,13 +33,15 @@ static const struct option options[] = {
     {0},
 };
 
-static const char *const theme_names[] = {"coverage", "veil",  "mixed",    "dropouts", "diagonals",
-                                          "walls",    "noise", "topology", "bytes",    NULL};
+static const char *const theme_names[] = {"coverage",  "veil",   "mixed", "dropouts",
+                                          "diagonals", "walls",  "noise", "topology",
+                                          "bytes",     "static", NULL};
 
 static dx_quality_theme *const themes[] = {
     dx_quality_theme_coverage, dx_quality_theme_veil,      dx_quality_theme_mixed,
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
     dx_quality_theme_noise,    dx_quality_theme_topology,  dx_quality_theme_bytes,
+    dx_quality_theme_static,
 };
 
 #define N_THEMES (sizeof(themes) / sizeof(themes[0]))
@@ -51,10 +54,15 @@ struct args {
 };
 
 int dx_quality_run_rig(struct dx_quality_rig **out, const struct dx_quality_run *run,
-                       enum dx_scene scene, uint32_t height, uint32_t width)
+                       const struct dx_quality_scan *scan)
 {
-    return dx_quality_rig_new(out, scene, run->quick ? height / 2 : height,
-                              run->quick ? width / 2 : width);
+    struct dx_scene_config c;
+
+    dx_scene_config_default(&c, scan->scene);
+    c.width = run->quick ? scan->width / 2 : scan->width;
+    c.height = run->quick ? scan->height / 2 : scan->height;
+    c.flip_cols = scan->mirrored;
+    return dx_quality_rig_new(out, &c);
 }
 
 static int set_option(struct args *a, int opt, const char *text)

@@ -73,6 +73,16 @@ struct dx_quality_topology {
 };
 int dx_quality_topology(struct dx_quality_topology *out, const struct dx_quality_rig *rig);
 
+/* A scene that stands still, frame after frame through one terrain. */
+struct dx_quality_static {
+    double rms_sigma; /* of the published array after the last frame, to the truth */
+    double changed;   /* mean share of tiles that a frame changes, after the first `settling` */
+};
+/* Draws frames as `draw` says, with its seed, from number 0 on. Errors: of dx_terrain_new. */
+int dx_quality_static(struct dx_quality_static *out, struct dx_quality_rig *rig,
+                      const struct dx_terrain_params *params, const struct dx_quality_draw *draw,
+                      uint32_t settling, uint32_t n_frames);
+
 /* ---- themes -----------------------------------------------------------------------------------
  */
 
@@ -87,10 +97,16 @@ typedef int dx_quality_theme(struct dx_quality_run *run);
 
 dx_quality_theme dx_quality_theme_coverage, dx_quality_theme_veil, dx_quality_theme_mixed,
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
-    dx_quality_theme_noise, dx_quality_theme_topology, dx_quality_theme_bytes;
+    dx_quality_theme_noise, dx_quality_theme_topology, dx_quality_theme_bytes,
+    dx_quality_theme_static;
 
-/* A rig of a theme's scene; half the size when the run is quick. */
+/* A scene as the themes' tables name it; half the size when the run is quick. */
+struct dx_quality_scan {
+    enum dx_scene scene;
+    uint32_t width, height;
+    bool mirrored; /* the columns the other way round */
+};
 int dx_quality_run_rig(struct dx_quality_rig **out, const struct dx_quality_run *run,
-                       enum dx_scene scene, uint32_t height, uint32_t width);
+                       const struct dx_quality_scan *scan);
 
 #endif

@@ -84,8 +84,9 @@ int dx_quality_theme_bytes(struct dx_quality_run *run)
             "the noise alone: no code without loss is shorter in the mean.",
         .column = {{"bound", "entropy_bytes", 3}, {"f32", "f32_bytes", 3}, {"q16", "q16_bytes", 3}},
     };
+    const struct dx_quality_scan hall = {DX_SCENE_HALL, 1500, 1000, false};
     struct dx_quality_rig *rig = NULL;
-    int rc = dx_quality_run_rig(&rig, run, DX_SCENE_HALL, 1000, 1500);
+    int rc = dx_quality_run_rig(&rig, run, &hall);
 
     for (size_t k = 0; rc == 0 && k < sizeof(sigma) / sizeof(sigma[0]); k++) {
         struct dx_quality_draw draw = {.sigma = {sigma[k]}, .seed = run->seed};

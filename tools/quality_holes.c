@@ -70,10 +70,10 @@ static int mixed_rows(struct dx_quality_table *t, struct dx_quality_rig *rig)
         v[2] = 100 * (1 - (double)m.touching / (double)off.touching);
         v[3] = (double)m.others;
         v[4] = 100 * (1 - (double)m.others / (double)off.others);
-        if (k == DX_MIXED_AXIS) {
+        if (k == DX_MIXED_AXIS && rig->scene.sigma[0] <= 2 * MM)
             dx_quality_hold(row, 2, DX_QUALITY_AT_LEAST, 45);
+        if (k == DX_MIXED_AXIS)
             dx_quality_hold(row, 4, DX_QUALITY_AT_MOST, 0.1);
-        }
     }
     return 0;
 }
@@ -99,8 +99,9 @@ int dx_quality_theme_mixed(struct dx_quality_run *run)
                    {"others", "other_triangles", 0},
                    {"lost %", "others_lost_percent", 4}},
     };
+    const struct dx_quality_scan hall = {DX_SCENE_HALL, 1500, 1000, false};
     struct dx_quality_rig *rig = NULL;
-    int rc = dx_quality_run_rig(&rig, run, DX_SCENE_HALL, 1000, 1500);
+    int rc = dx_quality_run_rig(&rig, run, &hall);
 
     for (size_t k = 0; rc == 0 && k < sizeof(draws) / sizeof(draws[0]); k++) {
         struct dx_quality_draw draw = draws[k];
@@ -181,13 +182,12 @@ static int dropout_rows(struct dx_quality_table *t, struct dx_quality_rig *rig, 
 int dx_quality_theme_dropouts(struct dx_quality_run *run)
 {
     static const struct {
-        enum dx_scene scene;
-        uint32_t height, width;
+        struct dx_quality_scan scan;
         double sigma;
     } scans[] = {
-        {DX_SCENE_CREASE, 300, 300, 0},
-        {DX_SCENE_HALL, 400, 600, 2 * MM},
-        {DX_SCENE_HALL, 1000, 1500, 2 * MM},
+        {{DX_SCENE_CREASE, 300, 300, false}, 0},
+        {{DX_SCENE_HALL, 600, 400, false}, 2 * MM},
+        {{DX_SCENE_HALL, 1500, 1000, false}, 2 * MM},
     };
     struct dx_quality_table t = {
         .theme = "dropouts",
@@ -206,7 +206,7 @@ int dx_quality_theme_dropouts(struct dx_quality_run *run)
     for (size_t k = 0; rc == 0 && k < sizeof(scans) / sizeof(scans[0]); k++) {
         struct dx_quality_rig *rig = NULL;
 
-        rc = dx_quality_run_rig(&rig, run, scans[k].scene, scans[k].height, scans[k].width);
+        rc = dx_quality_run_rig(&rig, run, &scans[k].scan);
         if (rc == 0)
             rc = dropout_rows(&t, rig, scans[k].sigma, run->seed);
         dx_quality_rig_free(rig);

@@ -112,7 +112,8 @@ int dx_quality_theme_noise(struct dx_quality_run *run)
         struct dx_scene_config c;
 
         dx_scene_config_default(&c, (enum dx_scene)scene);
-        rc = dx_quality_run_rig(&rig, run, c.scene, c.height, c.width);
+        rc = dx_quality_run_rig(&rig, run,
+                                &(struct dx_quality_scan){c.scene, c.width, c.height, false});
         for (size_t k = 0; rc == 0 && k < sizeof(sigma) / sizeof(sigma[0]); k++) {
             struct dx_quality_draw draw = {.sigma = {sigma[k][0], sigma[k][1], sigma[k][2]},
                                            .seed = run->seed};

@@ -22,16 +22,15 @@ struct dx_quality_row *dx_quality_row(struct dx_quality_table *t,
     return row;
 }
 
-void dx_quality_hold(struct dx_quality_row *row, unsigned column, int kind, double limit)
+void dx_quality_hold(struct dx_quality_row *row, unsigned column, enum dx_quality_bar_kind kind,
+                     double limit)
 {
-    for (unsigned k = 0; k < DX_QUALITY_BARS; k++)
-        if (row->bar[k].kind == DX_QUALITY_NO_BAR) {
-            row->bar[k].kind = kind;
-            row->bar[k].column = column;
-            row->bar[k].limit = limit;
-            return;
-        }
-    assert(!"a row has more bars than it has room for");
+    unsigned k = 0;
+
+    while (k < DX_QUALITY_BARS && row->bar[k].kind != DX_QUALITY_NO_BAR)
+        k++;
+    assert(k < DX_QUALITY_BARS);
+    row->bar[k] = (struct dx_quality_bar){kind, column, limit};
 }
 
 /* What was not measured does not meet a bar. */
@@ -212,12 +211,23 @@ static void add_json(struct dx_quality_report *r, const struct dx_quality_table 
 
 /* ---- reports --------------------------------------------------------------------------------- */
 
+static const char preamble[] = "# Quality\n\n"
+                               "What terrain mode makes of simulated scans, measured against what "
+                               "the beams really meet. Printed by\n"
+                               "`dexel bench quality --markdown`; each section names the command "
+                               "that repeats it, on any machine to\n"
+                               "the last digit. Sizes are columns x rows, noise is one standard "
+                               "deviation of a range. A figure that\n"
+                               "is held to a bar says whether it is met or falls SHORT.\n\n";
+
 void dx_quality_report_init(struct dx_quality_report *r, enum dx_quality_format format,
                             uint64_t seed, bool quick)
 {
     *r = (struct dx_quality_report){.format = format, .seed = seed, .quick = quick};
     if (format == DX_QUALITY_JSON)
         r->tables = json_array();
+    if (format == DX_QUALITY_MARKDOWN)
+        fputs(preamble, stdout);
 }
 
 void dx_quality_report_table(struct dx_quality_report *r, const struct dx_quality_table *t)

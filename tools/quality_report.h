@@ -16,8 +16,10 @@
 
 enum dx_quality_format { DX_QUALITY_TEXT, DX_QUALITY_MARKDOWN, DX_QUALITY_JSON };
 
+enum dx_quality_bar_kind { DX_QUALITY_NO_BAR, DX_QUALITY_AT_LEAST, DX_QUALITY_AT_MOST };
+
 struct dx_quality_bar {
-    enum { DX_QUALITY_NO_BAR, DX_QUALITY_AT_LEAST, DX_QUALITY_AT_MOST } kind;
+    enum dx_quality_bar_kind kind;
     unsigned column;
     double limit;
 };
@@ -46,8 +48,9 @@ struct dx_quality_table {
 struct dx_quality_row *dx_quality_row(struct dx_quality_table *t,
                                       const struct dx_scene_config *scene);
 
-/* Holds a value of the row to a bar. */
-void dx_quality_hold(struct dx_quality_row *row, unsigned column, int kind, double limit);
+/* Holds a value of the row to a bar; to DX_QUALITY_BARS of them at most. */
+void dx_quality_hold(struct dx_quality_row *row, unsigned column, enum dx_quality_bar_kind kind,
+                     double limit);
 
 struct dx_quality_report {
     enum dx_quality_format format;

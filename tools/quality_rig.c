@@ -141,6 +141,14 @@ static void classify(struct dx_quality_rig *rig)
 
 /* ---- rigs ------------------------------------------------------------------------------------ */
 
+static void set_drawing(struct dx_scene_config *scene, const struct dx_quality_draw *draw)
+{
+    memcpy(scene->sigma, draw->sigma, sizeof(scene->sigma));
+    scene->dropout = draw->dropout;
+    scene->mixed = draw->mixed;
+    scene->seed = draw->seed;
+}
+
 static int allocate(struct dx_quality_rig *rig)
 {
     const struct dx_geometry *g = rig->geometry;
@@ -168,17 +176,16 @@ static int look(struct dx_quality_rig *rig)
     return find_all_rough(rig);
 }
 
-int dx_quality_rig_new(struct dx_quality_rig **out, enum dx_scene scene, uint32_t height,
-                       uint32_t width)
+int dx_quality_rig_new(struct dx_quality_rig **out, const struct dx_scene_config *scene)
 {
+    const struct dx_quality_draw quiet = {.seed = scene->seed};
     struct dx_quality_rig *rig = calloc(1, sizeof(*rig));
     int rc;
 
     if (!rig)
         return -ENOMEM;
-    dx_scene_config_default(&rig->scene, scene);
-    rig->scene.height = height;
-    rig->scene.width = width;
+    rig->scene = *scene;
+    set_drawing(&rig->scene, &quiet);
     rc = dx_scene_geometry(&rig->geometry, &rig->scene);
     if (rc == 0)
         rc = allocate(rig);
@@ -188,7 +195,7 @@ int dx_quality_rig_new(struct dx_quality_rig **out, enum dx_scene scene, uint32_
         dx_quality_rig_free(rig);
         return rc;
     }
-    dx_tiling_init(&rig->tiling, height, width, rig->geometry->wrap);
+    dx_tiling_init(&rig->tiling, scene->height, scene->width, rig->geometry->wrap);
     classify(rig);
     *out = rig;
     return 0;
@@ -221,11 +228,9 @@ void dx_quality_rig_draw(struct dx_quality_rig *rig, const struct dx_quality_dra
 {
     struct dx_sensor sensor;
 
-    memcpy(rig->scene.sigma, draw->sigma, sizeof(rig->scene.sigma));
-    rig->scene.dropout = draw->dropout;
-    rig->scene.mixed = draw->mixed;
-    rig->scene.seed = draw->seed;
-    dx_sensor_init(&sensor, rig->geometry, &rig->scene, 0);
+    set_drawing(&rig->scene, draw);
+    rig->frame_number = draw->frame;
+    dx_sensor_init(&sensor, rig->geometry, &rig->scene, draw->frame);
     for (uint32_t i = 0; i < rig->geometry->height; i++)
         dx_sensor_row(&rig->frame, &sensor, i, 0, rig->geometry->width, dx_quality_sight(rig, i, 0),
                       row_or_null(rig, (int64_t)i - 1), row_or_null(rig, (int64_t)i + 1));
@@ -237,7 +242,7 @@ bool dx_quality_rig_mixed(const struct dx_quality_rig *rig, uint32_t row, uint32
     const struct dx_sight *below = row_or_null(rig, (int64_t)row + 1);
     struct dx_sensor sensor;
 
-    dx_sensor_init(&sensor, rig->geometry, &rig->scene, 0);
+    dx_sensor_init(&sensor, rig->geometry, &rig->scene, rig->frame_number);
     return dx_sensor_mixes(&sensor, row, col, dx_quality_sight(rig, row, col),
                            above ? above + col : NULL, below ? below + col : NULL);
 }

@@ -33,13 +33,14 @@ struct dx_quality_rig {
     uint8_t *class; /* enum dx_quality_class bits of cell i * cell_cols + j */
     float *mid[2];  /* the true range at the middle of the AC, the BD diagonal of cell (i, j) */
     struct dx_plane frame;
+    uint64_t frame_number;
     struct dx_terrain *terrain; /* of the last mesh; NULL before */
     uint8_t *code;              /* enum dx_cell of cell i * cell_cols + j, of the last mesh */
 };
 
-/* The scene at a size, without noise. Errors: -EINVAL, -ENOMEM. */
-int dx_quality_rig_new(struct dx_quality_rig **out, enum dx_scene scene, uint32_t height,
-                       uint32_t width);
+/* What `scene` says, but without noise, drop-outs and mixed pixels: those are drawn. Errors:
+ * -EINVAL, -ENOMEM. */
+int dx_quality_rig_new(struct dx_quality_rig **out, const struct dx_scene_config *scene);
 void dx_quality_rig_free(struct dx_quality_rig *rig);
 
 /* Fills the frame: noise s0 + s1 r + s2 r^2, drop-outs and mixed pixels as the scene's sensor makes
@@ -47,6 +48,7 @@ void dx_quality_rig_free(struct dx_quality_rig *rig);
 struct dx_quality_draw {
     double sigma[3], dropout, mixed;
     uint64_t seed;
+    uint64_t frame; /* of one seed: each has noise of its own; what stands in the scene stays */
 };
 
 void dx_quality_rig_draw(struct dx_quality_rig *rig, const struct dx_quality_draw *draw);

@@ -1,149 +1,116 @@
-/* A still scene through terrain mode, frame after frame. */
-#include "tools/quality_static.h"
+/* What frame after frame of a scene that stands still does to the published array and its tiles. */
+#include "tools/quality.h"
 
-#include "tools/now.h"
-
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
+#include <stdio.h>
 
-/* Truth is cast without noise in a unit so much finer that its rounding does not count. */
-#define FINER 128
+#define MM 1e-3
 
-struct run {
-    const struct dx_quality_static_config *config;
-    struct dx_geometry *geometry;
-    struct dx_terrain *terrain;
-    struct dx_plane frame, truth;
-    double *seconds; /* of each frame */
-};
+/* ---- the figure ------------------------------------------------------------------------------ */
 
-void dx_quality_static_default(struct dx_quality_static_config *c)
+static double published_rms(const struct dx_quality_rig *rig, const struct dx_terrain *t)
 {
-    *c = (struct dx_quality_static_config){.warm = 16, .settled = 64, .n_frames = 150};
-    dx_scene_config_default(&c->scene, DX_SCENE_HALL);
-    c->scene.height = 1000;
-    c->scene.width = 1500;
-    c->scene.sigma[0] = 0.005;
-    dx_terrain_params_default(&c->params);
-    c->params.ingest.filter = DX_FILTER_MEAN;
-}
+    const struct dx_plane *plane = dx_terrain_published(t);
+    const double *s = rig->scene.sigma;
+    double sum = 0, unit = (double)rig->geometry->unit_m;
+    uint64_t n = 0;
 
-static int cast_truth(struct dx_plane *truth, const struct dx_scene_config *scene)
-{
-    struct dx_scene_config c = *scene;
-    struct dx_geometry *g;
-    int r;
+    for (uint32_t i = 0; i < plane->height; i++)
+        for (uint32_t j = 0; j < plane->width; j++) {
+            uint32_t range = dx_plane_range(plane, (size_t)i * plane->width + j);
+            double r = dx_quality_sight(rig, i, j)->range, e;
 
-    c.sigma[0] = c.sigma[1] = c.sigma[2] = c.dropout = c.mixed = 0;
-    c.unit_m /= FINER;
-    c.attr_bytes = 0;
-    r = dx_scene_geometry(&g, &c);
-    if (r < 0)
-        return r;
-    r = dx_plane_init(truth, g->height, g->width, g->range_bytes, 0);
-    if (r == 0)
-        dx_scene_cast(truth, g, &c, 0, 0, g->width);
-    dx_geometry_unref(g);
-    return r;
-}
-
-static int run_init(struct run *run, const struct dx_quality_static_config *c)
-{
-    int r;
-
-    *run = (struct run){.config = c};
-    if (c->settled <= c->warm || c->n_frames <= c->settled)
-        return -EINVAL;
-    run->seconds = calloc(c->n_frames, sizeof(*run->seconds));
-    if (!run->seconds)
-        return -ENOMEM;
-    r = dx_scene_geometry(&run->geometry, &c->scene);
-    if (r == 0)
-        r = dx_terrain_new(&run->terrain, run->geometry, &c->params, c->scene.attr_bytes);
-    if (r == 0)
-        r = dx_plane_init(&run->frame, c->scene.height, c->scene.width, run->geometry->range_bytes,
-                          c->scene.attr_bytes);
-    return r == 0 ? cast_truth(&run->truth, &c->scene) : r;
-}
-
-static void run_fini(struct run *run)
-{
-    free(run->seconds);
-    dx_plane_fini(&run->truth);
-    dx_plane_fini(&run->frame);
-    dx_terrain_free(run->terrain);
-    dx_geometry_unref(run->geometry);
-}
-
-/* Of (published - truth) / sigma, over dexels that have both. */
-static double rms_sigma(const struct run *run)
-{
-    const struct dx_plane *published = dx_terrain_published(run->terrain);
-    const double *s = run->config->scene.sigma, u = run->config->scene.unit_m;
-    double sum = 0, n = 0;
-
-    for (size_t k = 0; k < dx_plane_n_dexels(published); k++) {
-        uint32_t range = dx_plane_range(published, k), truth = dx_plane_range(&run->truth, k);
-        double r = truth * u / FINER, e = (range * u - r) / (s[0] + r * (s[1] + r * s[2]));
-
-        if (range && truth) {
+            if (!range || isinf(r))
+                continue;
+            e = (unit * range - r) / (s[0] + r * (s[1] + r * s[2]));
             sum += e * e;
             n++;
         }
+    return n ? sqrt(sum / (double)n) : 0;
+}
+
+int dx_quality_static(struct dx_quality_static *out, struct dx_quality_rig *rig,
+                      const struct dx_terrain_params *params, const struct dx_quality_draw *draw,
+                      uint32_t settling, uint32_t n_frames)
+{
+    struct dx_quality_draw next = *draw;
+    struct dx_terrain *t;
+    uint64_t n_changed = 0;
+    int rc = dx_terrain_new(&t, rig->geometry, params, 0);
+
+    if (rc < 0)
+        return rc;
+    for (next.frame = 0; next.frame < n_frames; next.frame++) {
+        uint32_t n;
+
+        dx_quality_rig_draw(rig, &next);
+        dx_terrain_publish(t, &rig->frame, 0, rig->frame.width);
+        n = dx_terrain_commit(t, NULL);
+        n_changed += next.frame >= settling ? n : 0;
     }
-    return n > 0 ? sqrt(sum / n) : 0;
+    out->rms_sigma = published_rms(rig, t);
+    out->changed = (double)n_changed /
+                   ((double)dx_tiling_n_tiles(&rig->tiling) * (double)(n_frames - settling));
+    dx_terrain_free(t);
+    return 0;
 }
 
-static uint32_t take_frame(struct run *run, uint32_t number, struct dx_pool *pool)
-{
-    const struct dx_scene_config *scene = &run->config->scene;
-    uint64_t start;
+/* ---- the theme ------------------------------------------------------------------------------- */
 
-    dx_scene_cast(&run->frame, run->geometry, scene, number, 0, scene->width);
-    start = dx_now_ns();
-    dx_terrain_publish(run->terrain, &run->frame, 0, scene->width);
-    run->seconds[number] = dx_seconds_since(start);
-    return dx_terrain_commit(run->terrain, pool);
+/* Frames `settling` to `n_frames` of the hall, counted from 1 in the note. */
+static int static_row(struct dx_quality_table *t, struct dx_quality_rig *rig,
+                      const struct dx_quality_draw *draw, uint32_t settling, uint32_t n_frames)
+{
+    struct dx_quality_static s;
+    struct dx_terrain_params p;
+    struct dx_quality_row *row;
+    int rc;
+
+    dx_quality_rig_draw(rig, draw);
+    p = dx_quality_rig_params(rig);
+    p.ingest.filter = DX_FILTER_MEAN;
+    rc = dx_quality_static(&s, rig, &p, draw, settling, n_frames);
+    if (rc < 0)
+        return rc;
+    row = dx_quality_row(t, &rig->scene);
+    snprintf(row->note, sizeof(row->note), "frames %u to %u", settling + 1, n_frames);
+    row->value[0] = draw->sigma[0] > 0 ? s.rms_sigma : NAN;
+    row->value[1] = 100 * s.changed;
+    return 0;
 }
 
-static int by_value(const void *x, const void *y)
+int dx_quality_theme_static(struct dx_quality_run *run)
 {
-    const double *a = x, *b = y;
+    static const struct {
+        double sigma;
+        uint32_t settling, n_frames;
+        double rms_bar, changed_bar; /* 0: the first has none */
+    } cases[] = {{0, 1, 8, 0, 0}, {10 * MM, 16, 64, 0.25, 15}, {10 * MM, 64, 128, 0, 2}};
+    const struct dx_quality_scan hall = {DX_SCENE_HALL, 600, 400, false};
+    struct dx_quality_table t = {
+        .theme = "static",
+        .title = "Scenes that stand still",
+        .text = "Root mean square distance of the published ranges from the true ones, in sigmas "
+                "of the\n"
+                "noise, after the last frame; and the share of tiles that a frame changes, in the "
+                "mean.",
+        .column = {{"rms / sigma", "rms_sigma", 4}, {"tiles %", "changed_percent", 2}},
+    };
+    struct dx_quality_rig *rig = NULL;
+    int rc = dx_quality_run_rig(&rig, run, &hall);
 
-    return *a < *b ? -1 : *a > *b;
-}
+    for (size_t k = 0; rc == 0 && k < sizeof(cases) / sizeof(cases[0]); k++) {
+        const struct dx_quality_draw draw = {.sigma = {cases[k].sigma}, .seed = run->seed};
+        struct dx_quality_row *row = &t.row[t.n_rows];
 
-static void measure(struct dx_quality_static *q, struct run *run, struct dx_pool *pool)
-{
-    const struct dx_quality_static_config *c = run->config;
-    double settling = 0, settled = 0;
-
-    q->n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(run->terrain));
-    for (uint32_t k = 0; k < c->n_frames; k++) {
-        uint32_t n = take_frame(run, k, pool);
-
-        settling += k >= c->warm && k < c->settled ? n : 0;
-        settled += k >= c->settled ? n : 0;
-        if (k + 1 == c->settled)
-            q->rms_sigma = rms_sigma(run);
+        rc = static_row(&t, rig, &draw, cases[k].settling, cases[k].n_frames);
+        if (rc == 0 && cases[k].rms_bar > 0)
+            dx_quality_hold(row, 0, DX_QUALITY_AT_MOST, cases[k].rms_bar);
+        if (rc == 0)
+            dx_quality_hold(row, 1, DX_QUALITY_AT_MOST, cases[k].changed_bar);
     }
-    q->rms_end = rms_sigma(run);
-    q->settling = settling / (c->settled - c->warm) / q->n_tiles;
-    q->settled = settled / (c->n_frames - c->settled) / q->n_tiles;
-    qsort(run->seconds, c->n_frames, sizeof(*run->seconds), by_value);
-    q->publish_s = run->seconds[c->n_frames / 2];
-}
-
-int dx_quality_static_run(struct dx_quality_static *q, const struct dx_quality_static_config *c,
-                          struct dx_pool *pool)
-{
-    struct run run;
-    int r = run_init(&run, c);
-
-    *q = (struct dx_quality_static){0};
-    if (r == 0)
-        measure(q, &run, pool);
-    run_fini(&run);
-    return r;
+    dx_quality_rig_free(rig);
+    if (rc == 0)
+        dx_quality_report_table(run->report, &t);
+    return rc;
 }

@@ -202,7 +202,8 @@ int dx_quality_theme_topology(struct dx_quality_run *run)
         struct dx_scene_config c;
 
         dx_scene_config_default(&c, (enum dx_scene)scene);
-        rc = dx_quality_run_rig(&rig, run, c.scene, c.height, c.width);
+        rc = dx_quality_run_rig(&rig, run,
+                                &(struct dx_quality_scan){c.scene, c.width, c.height, false});
         if (rc == 0)
             rc = topology_rows(&t, rig, run->seed);
         dx_quality_rig_free(rig);

@@ -1,8 +1,13 @@
 /*
- * The noise model from one frame. Second differences of inverse range vanish on planes, so what
- * they show along rows is noise: sigma_r = r^2 sigma_q, and a second difference of white noise has
- * sqrt(6) sigma_q. Medians over octaves of range ignore edges and curved parts; s0 and s2 are
- * fitted to the octaves.
+ * The noise model from one frame. Along a row the azimuth goes on at a constant elevation, so the
+ * inverse range of any plane is a cosine of the azimuth plus a constant; at even steps t
+ *
+ *     q3 - f q2 + f q1 - q0,   f = 1 + 2 cos t
+ *
+ * is 0 for all of them, floors and walls alike. (Three samples are not enough: what vanishes on
+ * walls is t^2 r on a floor, millimetres at some distance.) What is left is noise, sigma_r = r^2
+ * sigma_q, times sqrt(2 + 2 f^2). Medians over octaves of range ignore curved parts, and edges once
+ * what lies far off the median is left out; s0 and s2 are fitted to the octaves.
  */
 #include "core/grid/terrain.h"
 
@@ -15,10 +20,11 @@
 #define BINS_PER_OCTAVE 32
 #define BINS            (64 * BINS_PER_OCTAVE)
 #define MIN_SAMPLES     256
-#define MAD_TO_SIGMA    (1.4826 / 2.449489742783178) /* of a second difference, to one sample */
+#define MAD_TO_SIGMA    1.4826
+#define OUTLIER_SIGMAS  5   /* farther off is an edge, not noise */
+#define FLOOR           0.5 /* ranges are rounded: no less noise than this, units */
 
-/* Samples of |second difference| * r^2 in units, by octave of r: histograms with logarithmic bins.
- */
+/* Samples of the noise's size in units, by octave of r: histograms with logarithmic bins. */
 struct histogram {
     uint32_t n;
     double sum_r;
@@ -39,28 +45,51 @@ static double bin_value(uint32_t k)
     return (double)dx_f32_from_bits(dx_f32_bits(0x1p-32f) + (k << 18) + (1u << 17));
 }
 
-static void add_triple(struct histogram *h, double r0, double r1, double r2, double factor)
+/* Four samples of a row in turn. */
+static void add_four(struct histogram *h, const double r[4], double f)
 {
-    double d = fabs(1 / r0 - factor / r1 + 1 / r2) * r1 * r1;
+    double d = fabs(1 / r[3] - 1 / r[0] - f * (1 / r[2] - 1 / r[1]));
     int octave = 0;
 
-    for (double r = r1; r >= 2 && octave < OCTAVES - 1; r /= 2)
+    d *= r[1] * r[2] / sqrt(2 + 2 * f * f);
+    for (double v = r[1]; v >= 2 && octave < OCTAVES - 1; v /= 2)
         octave++;
     h[octave].n++;
-    h[octave].sum_r += r1;
+    h[octave].sum_r += r[1];
     h[octave].bin[bin_of(d)]++;
 }
 
-static double median(const struct histogram *h)
+/* Median of the samples in bins 0 to `last`. */
+static double median(const struct histogram *h, uint32_t last)
 {
-    uint32_t seen = 0;
+    uint64_t n = 0, seen = 0;
+    uint32_t k = 0;
 
-    for (uint32_t k = 0; k < BINS; k++) {
+    for (uint32_t m = 0; m <= last; m++)
+        n += h->bin[m];
+    for (; k < last; k++) {
         seen += h->bin[k];
-        if (2 * (uint64_t)seen >= h->n)
-            return bin_value(k);
+        if (2 * seen >= n)
+            break;
     }
-    return 0;
+    return bin_value(k);
+}
+
+/* Sigma of an octave's samples. Edges push the median up by their share: those that stand clear of
+ * the noise are left out, until there are no more of them. */
+static double spread(const struct histogram *h)
+{
+    double sigma = MAD_TO_SIGMA * median(h, BINS - 1);
+
+    for (int round = 0; round < 8; round++) {
+        double least = sigma > FLOOR ? sigma : FLOOR;
+        double next = MAD_TO_SIGMA * median(h, bin_of(OUTLIER_SIGMAS * least));
+
+        if (next >= sigma)
+            break;
+        sigma = next;
+    }
+    return sigma;
 }
 
 /* Least squares of s0 + s2 r^2 over the octaves, weighted by samples; neither may be negative.
@@ -76,8 +105,8 @@ static bool fit(double *s0, double *s2, const struct histogram *h)
             continue;
         r = h[k].sum_r / n;
         x = r * r;
-        y = median(&h[k]) * MAD_TO_SIGMA;
-        n /= y * y + 0.25; /* relative errors, above half a unit */
+        y = spread(&h[k]);
+        n /= y * y + FLOOR * FLOOR; /* relative errors, above the floor */
         w += n, wx += n * x, wxx += n * x * x, wy += n * y, wxy += n * x * y;
     }
     *s0 = *s2 = 0;
@@ -96,17 +125,21 @@ static bool fit(double *s0, double *s2, const struct histogram *h)
     return w > 0;
 }
 
-/* 2 cos(psi) between neighbours of a row; exactly 2 for depths, which are affine (ALGORITHMS 1.3,
- * D2). */
-static double two_cos(const struct dx_geometry *g, uint32_t i, uint32_t j)
+/* f of the four columns from j on. Depths are affine in the column: t = 0 there. A table of
+ * directions has the angle between two neighbours for t; what that is off is of third order in the
+ * step. */
+static double factor(const struct dx_geometry *g, uint32_t i, uint32_t j)
 {
+    const float *cs = g->table + 2 * (size_t)(j + 1);
     double a[3], b[3];
 
     if (g->model == DX_MODEL_PINHOLE)
-        return 2;
-    dx_geometry_direction(g, i, j, a);
-    dx_geometry_direction(g, i, j + 1, b);
-    return 2 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+        return 3;
+    if (g->model == DX_MODEL_SPINNING)
+        return 1 + 2 * ((double)cs[0] * (double)cs[2] + (double)cs[1] * (double)cs[3]);
+    dx_geometry_direction(g, i, j + 1, a);
+    dx_geometry_direction(g, i, j + 2, b);
+    return 1 + 2 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
 }
 
 static void add_row(struct histogram *h, const struct dx_plane *frame, const struct dx_geometry *g,
@@ -114,19 +147,23 @@ static void add_row(struct histogram *h, const struct dx_plane *frame, const str
 {
     size_t k = (size_t)i * frame->width;
 
-    for (uint32_t j = 0; j + 2 < frame->width; j++, k++) {
-        uint32_t r0 = dx_plane_range(frame, k), r1 = dx_plane_range(frame, k + 1);
-        uint32_t r2 = dx_plane_range(frame, k + 2);
+    for (uint32_t j = 0; j + 3 < frame->width; j++, k++) {
+        double r[4];
+        bool all = true;
 
-        if (r0 && r1 && r2)
-            add_triple(h, r0, r1, r2, two_cos(g, i, j));
+        for (size_t m = 0; m < 4; m++) {
+            r[m] = dx_plane_range(frame, k + m);
+            all &= r[m] > 0;
+        }
+        if (all)
+            add_four(h, r, factor(g, i, j));
     }
 }
 
 bool dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const struct dx_geometry *g)
 {
     static const size_t enough =
-        1u << 20; /* triples for a median; larger frames are thinned by rows */
+        1u << 20; /* samples for a median; larger frames are thinned by rows */
     struct histogram h[OCTAVES];
     uint32_t step = 1 + (uint32_t)(dx_plane_n_dexels(frame) / enough);
     double u = (double)g->unit_m, s0, s2;
@@ -136,7 +173,7 @@ bool dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const stru
     for (uint32_t i = 0; i < frame->height; i += step)
         add_row(h, frame, g, i);
     known = fit(&s0, &s2, h);
-    sigma[0] = (s0 > 0.5 ? s0 : 0.5) * u;
+    sigma[0] = (s0 > FLOOR ? s0 : FLOOR) * u;
     sigma[1] = 0;
     sigma[2] = s2 / u;
     return known;

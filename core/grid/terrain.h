@@ -120,9 +120,9 @@ uint32_t dx_terrain_caps(const struct dx_terrain *t);
  * all the same). */
 bool dx_terrain_tile(const struct dx_terrain *t, uint32_t tile_number, struct dx_tile *tile);
 
-/* Noise model from one frame: per octave of range, the median absolute second difference of inverse
- * range along rows; s0 and s2 fitted, s1 = 0, never below half a unit. False: the frame has too few
- * returns to tell, and sigma is that floor. */
+/* Noise model from one frame: per octave of range, the median of what four samples of a row leave
+ * when a plane is taken away; s0 and s2 fitted, s1 = 0, never below half a unit. False: the frame
+ * has too few returns to tell, and sigma is that floor. */
 bool dx_noise_estimate(double sigma[3], const struct dx_plane *frame, const struct dx_geometry *g);
 
 #endif
