@@ -10,7 +10,7 @@
 #define MM 1e-3
 
 /* Encodings by column; a further one is an entry here and a case in encode(). */
-enum { F32, Q16, N_ENCODINGS };
+enum { F32, Q16, DELTA, N_ENCODINGS };
 
 struct encoder {
     struct dx_tile tile;
@@ -22,6 +22,8 @@ static size_t encode(struct encoder *e, const struct dx_quality_rig *rig, int en
 {
     if (encoding == Q16)
         return dx_chunk_put_q16(e->body, &e->tile);
+    if (encoding == DELTA)
+        return dx_chunk_put_delta(e->body, &e->tile);
     dx_tile_mesh_build(&e->mesh, &e->tile, &rig->tiling, rig->geometry);
     return dx_chunk_put_f32(e->body, &e->mesh);
 }
@@ -66,30 +68,39 @@ static int bytes_row(struct dx_quality_table *t, struct dx_quality_rig *rig)
         rc = chunk_bytes(n_bytes, rig);
     if (rc < 0)
         return rc;
-    row->value[0] = entropy_bytes(rig->scene.sigma[0] / (double)rig->geometry->unit_m);
+    row->value[0] = entropy_bytes(rig->scene.sigma[0] / (double)rig->geometry->unit_m) *
+                    (1 - rig->scene.dropout);
     for (int k = 0; k < N_ENCODINGS; k++)
         row->value[1 + k] = n_bytes[k] / n;
     dx_quality_hold(row, 1 + Q16, DX_QUALITY_AT_MOST, 2.5);
+    dx_quality_hold(row, 1 + DELTA, DX_QUALITY_AT_MOST, 1.2);
     return 0;
 }
 
 int dx_quality_theme_bytes(struct dx_quality_run *run)
 {
-    static const double sigma[] = {2 * MM, 10 * MM};
+    static const struct {
+        double sigma, dropout;
+    } cases[] = {{2 * MM, 0}, {10 * MM, 0}, {10 * MM, 0.05}};
     struct dx_quality_table t = {
         .theme = "bytes",
         .title = "Bytes a dexel",
         .text =
             "All chunks of a frame over its dexels, in units of 1 mm. The bound is the entropy of\n"
-            "the noise alone: no code without loss is shorter in the mean.",
-        .column = {{"bound", "entropy_bytes", 3}, {"f32", "f32_bytes", 3}, {"q16", "q16_bytes", 3}},
+            "the noise alone in the dexels that are there: no code without loss is shorter in the\n"
+            "mean.",
+        .column = {{"bound", "entropy_bytes", 3},
+                   {"f32", "f32_bytes", 3},
+                   {"q16", "q16_bytes", 3},
+                   {"delta", "delta_bytes", 3}},
     };
     const struct dx_quality_scan hall = {DX_SCENE_HALL, 1500, 1000, false};
     struct dx_quality_rig *rig = NULL;
     int rc = dx_quality_run_rig(&rig, run, &hall);
 
-    for (size_t k = 0; rc == 0 && k < sizeof(sigma) / sizeof(sigma[0]); k++) {
-        struct dx_quality_draw draw = {.sigma = {sigma[k]}, .seed = run->seed};
+    for (size_t k = 0; rc == 0 && k < sizeof(cases) / sizeof(cases[0]); k++) {
+        struct dx_quality_draw draw = {
+            .sigma = {cases[k].sigma}, .dropout = cases[k].dropout, .seed = run->seed};
 
         dx_quality_rig_draw(rig, &draw);
         rc = bytes_row(&t, rig);
