@@ -232,10 +232,8 @@ static void medians_to_f32(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(whole_frames_to_q16),
-        cmocka_unit_test(whole_frames_to_delta),
-        cmocka_unit_test(parts_of_frames_to_f32),
-        cmocka_unit_test(averaged_parts_to_q16),
+        cmocka_unit_test(whole_frames_to_q16),    cmocka_unit_test(whole_frames_to_delta),
+        cmocka_unit_test(parts_of_frames_to_f32), cmocka_unit_test(averaged_parts_to_q16),
         cmocka_unit_test(medians_to_f32),
     };
 
