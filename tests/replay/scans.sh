@@ -1,5 +1,5 @@
 #!/bin/sh
-# Real scans through the service: replayed at max to a lossless subscriber, in both encodings, the file that
+# Real scans through the service: replayed at max to a lossless subscriber, in every encoding, the file that
 # `dexel cat` writes is that of `dexel mesh`, byte for byte, and its digest is the golden one.
 set -eu
 . tests/daemon.sh
@@ -11,7 +11,7 @@ while read -r want file; do
   scan=$DEXEL_DATA/$file
   [ -e "$scan" ] || { echo "$scan is not there"; exit 77; }
   "$B/bin/dexel" mesh "$scan" -o "$run/mesh.ply" --stats >"$run/mesh.json"
-  for encoding in f32 q16; do
+  for encoding in f32 q16 delta; do
     start_dexeld --replay "$scan" --rate max --socket "$run/mesh.sock"
     "$B/bin/dexel" cat --socket "$run/mesh.sock" --lossless --encoding $encoding \
       -o "$run/cat.ply" --stats --quiet >"$run/cat.json"
