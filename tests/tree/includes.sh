@@ -16,7 +16,7 @@ rule core/base 'core/base/'
 rule core/grid 'core/(base|grid)/'
 rule core/wire 'core/(base|grid|wire)/'
 rule drivers '(core|drivers)/'
-rule client 'client/|core/(wire|base)/|core/grid/(geometry|tile|plane).h'
+rule client 'client/|core/(wire|base)/|core/grid/(geometry|tile|plane|octahedral).h'
 rule daemon '(core|drivers|daemon)/'
 rule tools 'client/|core/|tools/|drivers/(driver.h|replay.h|file|synth)'
 
