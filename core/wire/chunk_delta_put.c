@@ -110,24 +110,24 @@ static uint8_t width_of(uint32_t bits)
 }
 
 /* Inlined with each predictor, so that a block is a loop without branches. */
-static inline __attribute__((always_inline)) void predict_all(struct residuals *r,
-                                                              const struct series *s,
+static inline __attribute__((always_inline)) void predict_all(struct residuals *restrict r,
+                                                              const struct series *restrict s,
                                                               enum dx_delta_predictor predictor)
 {
     r->predictor = predictor;
     r->n_bits = 0;
     for (uint32_t at = 0; at < s->n; at += DX_DELTA_BLOCK) {
-        uint32_t all = 0, n = s->n - at < DX_DELTA_BLOCK ? s->n - at : DX_DELTA_BLOCK;
+        const uint32_t *range = s->range + at, *w = s->west + at, *n = s->north + at;
+        const uint32_t *nw = s->north_west + at;
+        uint32_t *folded = r->folded + at, all = 0;
+        uint32_t left = s->n - at < DX_DELTA_BLOCK ? s->n - at : DX_DELTA_BLOCK;
 
-        for (uint32_t m = at; m < at + DX_DELTA_BLOCK; m++) {
-            uint32_t expected =
-                dx_delta_predict(predictor, s->west[m], s->north[m], s->north_west[m]);
-
-            r->folded[m] = dx_delta_fold(s->range[m] - expected);
-            all |= r->folded[m];
+        for (uint32_t m = 0; m < DX_DELTA_BLOCK; m++) {
+            folded[m] = dx_delta_fold(range[m] - dx_delta_predict(predictor, w[m], n[m], nw[m]));
+            all |= folded[m];
         }
         r->width[at / DX_DELTA_BLOCK] = width_of(all);
-        r->n_bits += width_of(all) * n;
+        r->n_bits += width_of(all) * left;
     }
 }
 

@@ -25,7 +25,7 @@ last=$(digest)
 for key in regularity azimuth_step_deg elevation_step_deg; do
   grep -qE "\"$key\": -?[0-9]" out || fail "--stats without $key"
 done
-for options in '--encoding f32' '--encoding q16' '--threads 1' '--frame 3'; do
+for options in '--encoding f32' '--encoding q16' '--encoding delta' '--threads 1' '--frame 3'; do
   # shellcheck disable=SC2086 # option and value
   expect 0 "$dexel" mesh seq --stats $options
   [ "$(digest)" = "$last" ] || fail "another mesh with $options"
@@ -38,7 +38,7 @@ for n in 0 1 2 3; do
   "$dexel" mesh seq --frame $n -o "frame-$n.ply"
   cmp "frame-$n.ply" "every-00000$n.ply" || fail "frame $n differs"
 done
-for options in '--encoding f32' '--encoding q16' '--encoding q16 --pull'; do
+for options in '--encoding f32' '--encoding q16' '--encoding delta --normals' '--encoding q16 --pull'; do
   # shellcheck disable=SC2086
   expect 0 "$dexel" cat --socket mesh.sock $options -o cat.ply
   cmp last.ply cat.ply || fail "late cat differs with $options"
