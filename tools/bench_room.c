@@ -8,8 +8,8 @@
 
 #include <stdlib.h>
 
-/* Patches of about 6 degrees: their outline is as long, in dexels, as what the paper's mesh has of
- * boundary (2V - T of its table). */
+/* Patches of about 6 degrees: their outline is about as long, in dexels, as what the paper's mesh
+ * has of boundary (2V - T of its table). */
 #define WAVES_PER_RADIAN 32.0
 
 #define N_PROBES         20001 /* directions that settle the level */
