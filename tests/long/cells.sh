@@ -1,4 +1,6 @@
 #!/bin/sh
 # The kernel against the oracle on 10^8 random cells, and the invariants on large scenes.
 set -eu
-DEXEL_LONG=1 "${B:-build}/tests/test_terrain"
+for t in rules any scenes garbage updates normals threads seam; do
+  DEXEL_LONG=1 "${B:-build}/tests/test_terrain_$t"
+done

@@ -23,13 +23,13 @@ struct variant {
 static const struct variant variants[] = {
     {.diag = DX_DIAG_FIXED},
     {.diag = DX_DIAG_SHORT},
-    {.diag = DX_DIAG_SHORT, .cap_m = 0.3},
-    {.paper = true, .cap_m = 0.15},
+    {.diag = DX_DIAG_SHORT, .cap_m = 0.6},
+    {.paper = true, .cap_m = 0.6},
     /* the rules beyond the first order */
     {.diag = DX_DIAG_BEND, .rescue = true, .mixed = DX_MIXED_AXIS, .bridge = 1},
     {.diag = DX_DIAG_BEND, .rescue = true, .mixed = DX_MIXED_STRICT, .bridge = 2},
     {.diag = DX_DIAG_SHORT, .rescue = true, .mixed = DX_MIXED_AXIS, .bridge = 2},
-    {.diag = DX_DIAG_BEND, .rescue = true, .bridge = 2, .cap_m = 0.3},
+    {.diag = DX_DIAG_BEND, .rescue = true, .bridge = 2, .cap_m = 0.6},
     {.diag = DX_DIAG_BEND, .mixed = DX_MIXED_AXIS, .bridge = 1},
     {.diag = DX_DIAG_FIXED, .rescue = true},
     {.diag = DX_DIAG_FIXED, .mixed = DX_MIXED_STRICT, .bridge = 2},
