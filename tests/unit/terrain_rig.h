@@ -36,9 +36,7 @@ static const struct variant variants[] = {
     {.diag = DX_DIAG_BEND, .rescue = true, .mixed = DX_MIXED_AXIS},
 };
 
-#define FIRST_ORDER_VARIANTS 4
-#define ALL_VARIANTS         ((int)(sizeof(variants) / sizeof(variants[0])))
-#define N_VARIANTS           ALL_VARIANTS
+#define N_VARIANTS ((int)(sizeof(variants) / sizeof(variants[0])))
 
 static inline void use_variant(struct dx_terrain_params *q, const struct variant *v)
 {

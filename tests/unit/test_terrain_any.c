@@ -21,7 +21,7 @@ static void the_kernel_equals_the_oracle(void **state)
         const uint32_t side = k % 5 ? 12 : 150, height = 2 + dx_rng_below(&rng, side);
         struct dx_geometry *g =
             any_geometry(&rng, height, 2 + dx_rng_below(&rng, side), k & 1 ? 2 : 4);
-        const int variant = (int)dx_rng_below(&rng, ALL_VARIANTS);
+        const int variant = (int)dx_rng_below(&rng, N_VARIANTS);
         struct dx_terrain_params q;
         struct whole_mesh got, want;
         struct dx_terrain *t;

@@ -145,7 +145,7 @@ static void any_frame_keeps_the_invariants(void **state)
 
         assert_int_equal(dx_plane_init(&p, g->height, g->width, g->range_bytes, 0), 0);
         any_frame(&p, &rng);
-        any_rules(&q, &variants[dx_rng_below(&rng, ALL_VARIANTS)], &rng);
+        any_rules(&q, &variants[dx_rng_below(&rng, N_VARIANTS)], &rng);
         q.caps = true;
         w = oracle_mesh_of(g, &p, &q);
         check_mesh(&w, g, &p);
@@ -180,7 +180,7 @@ static void what_is_seen_edge_on_is_left_out(void **state)
         assert_int_equal(dx_plane_init(&p, 2, 8, 2, 0), 0);
         for (uint32_t k = 0; k < 16; k++)
             dx_plane_set_range(&p, k, range[k / 8 * 8 + (k + (uint32_t)turned) % 8]);
-        use_variant(&q, &variants[ALL_VARIANTS - 2]);
+        use_variant(&q, &variants[N_VARIANTS - 2]);
         q.sigma_given = true;
         q.mixed = DX_MIXED_OFF;
         w = oracle_mesh_of(g, &p, &q);
