@@ -53,8 +53,8 @@ UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers asan tsan \
-        fuzz format install uninstall clean help FORCE
+.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers compare-scans \
+        asan tsan fuzz format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -68,6 +68,7 @@ help:
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
 	@echo 'make bench-peers  the same frames through PCL as well, in turn (installs libpcl-dev)'
+	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -160,6 +161,12 @@ bench: all
 	$(B)/bin/dexel bench
 bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers.sh
+PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
+compare-scans: all $(PEERS)
+	@B=$(B) sh tests/peers/compare_scans.sh
+$(B)/peers/%: $(B)/obj/tests/peers/%.o $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
 
 demo: deps
 	@$(MAKE) --no-print-directory all

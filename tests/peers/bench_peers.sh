@@ -12,26 +12,12 @@ SCAN="--noise 0.01 --dropouts 0.02"
 
 skip() { echo "bench-peers: skipped: $1"; exit 0; }
 
-if [ ! -e /usr/include/pcl-1.*/pcl/surface/organized_fast_mesh.h ]; then
-  sudo=
-  [ "$(id -u)" = 0 ] || sudo=sudo
-  echo "bench-peers: installing libpcl-dev"
-  { DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y --no-install-recommends g++ libpcl-dev ||
-    { $sudo apt-get update && DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y --no-install-recommends \
-      g++ libpcl-dev; }; } >/dev/null 2>&1 || skip "libpcl-dev is not there and could not be installed"
-fi
-command -v g++ >/dev/null || skip "no g++"
+. tests/peers/pcl.sh
+build_pcl pcl_ofm
+pcl=$B/peers/pcl_ofm
 
 run=$(mktemp -d)
 trap 'rm -rf "$run"' EXIT
-mkdir -p "$B/peers"
-pcl=$B/peers/pcl_ofm
-if [ ! "$pcl" -nt tests/peers/pcl_ofm.cpp ]; then
-  include=$(pkg-config --cflags-only-I pcl_io pcl_surface eigen3 | sed 's/-I/-isystem /g')
-  # shellcheck disable=SC2086 # a list of words
-  g++ -O3 -std=c++17 -Wall -Wextra $include tests/peers/pcl_ofm.cpp -o "$pcl" \
-    -lpcl_io -lpcl_surface -lpcl_search -lpcl_kdtree -lpcl_common
-fi
 one=
 if command -v taskset >/dev/null && taskset -c 0 true 2>/dev/null; then one="taskset -c 0"; fi
 
