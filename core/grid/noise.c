@@ -8,6 +8,9 @@
  * walls is t^2 r on a floor, millimetres at some distance.) What is left is noise, sigma_r = r^2
  * sigma_q, times sqrt(2 + 2 f^2). Medians over octaves of range ignore curved parts, and edges once
  * what lies far off the median is left out; s0 and s2 are fitted to the octaves.
+ *
+ * A camera that tells depth in few levels (disparities) has runs of equal samples, and medians of
+ * 0. Its noise is the level's: a step over sqrt(12), whenever many neighbours are equal.
  */
 #include "core/grid/terrain.h"
 
@@ -23,12 +26,15 @@
 #define MAD_TO_SIGMA    1.4826
 #define OUTLIER_SIGMAS  5   /* farther off is an edge, not noise */
 #define FLOOR           0.5 /* ranges are rounded: no less noise than this, units */
+#define MANY_EQUAL      0.3 /* share of equal neighbours from which on depths come in levels */
+#define UNIFORM         3.4641016151377544 /* sqrt(12): a uniform error over its sigma */
 
 /* Samples of the noise's size in units, by octave of r: histograms with logarithmic bins. */
 struct histogram {
-    uint32_t n;
+    uint32_t n, n_equal; /* neighbours that are the same */
     double sum_r;
     uint32_t bin[BINS];
+    uint32_t step[BINS]; /* of neighbours that are not the same: their distance */
 };
 
 /* Bin of v > 0: float bits are a logarithm; 2^-32 is bin 0. */
@@ -57,19 +63,23 @@ static void add_four(struct histogram *h, const double r[4], double f)
     h[octave].n++;
     h[octave].sum_r += r[1];
     h[octave].bin[bin_of(d)]++;
+    if (r[1] == r[2])
+        h[octave].n_equal++;
+    else
+        h[octave].step[bin_of(fabs(r[1] - r[2]))]++;
 }
 
-/* Median of the samples in bins 0 to `last`. */
-static double median(const struct histogram *h, uint32_t last)
+/* What `share` of the samples in bins 0 to `last` are not above. */
+static double quantile(const uint32_t bin[BINS], uint32_t last, double share)
 {
     uint64_t n = 0, seen = 0;
     uint32_t k = 0;
 
     for (uint32_t m = 0; m <= last; m++)
-        n += h->bin[m];
+        n += bin[m];
     for (; k < last; k++) {
-        seen += h->bin[k];
-        if (2 * seen >= n)
+        seen += bin[k];
+        if ((double)seen >= share * (double)n)
             break;
     }
     return bin_value(k);
@@ -79,17 +89,24 @@ static double median(const struct histogram *h, uint32_t last)
  * the noise are left out, until there are no more of them. */
 static double spread(const struct histogram *h)
 {
-    double sigma = MAD_TO_SIGMA * median(h, BINS - 1);
+    double sigma = MAD_TO_SIGMA * quantile(h->bin, BINS - 1, 0.5);
 
     for (int round = 0; round < 8; round++) {
         double least = sigma > FLOOR ? sigma : FLOOR;
-        double next = MAD_TO_SIGMA * median(h, bin_of(OUTLIER_SIGMAS * least));
+        double next = MAD_TO_SIGMA * quantile(h->bin, bin_of(OUTLIER_SIGMAS * least), 0.5);
 
         if (next >= sigma)
             break;
         sigma = next;
     }
     return sigma;
+}
+
+/* Sigma of depths that come in levels: most steps are of one level, steep ones and edges of more. 0
+ * where they do not. */
+static double level_noise(const struct histogram *h)
+{
+    return h->n_equal > MANY_EQUAL * h->n ? quantile(h->step, BINS - 1, 0.5) / UNIFORM : 0;
 }
 
 /* Least squares of s0 + s2 r^2 over the octaves, weighted by samples; neither may be negative.
@@ -99,13 +116,15 @@ static bool fit(double *s0, double *s2, const struct histogram *h)
     double w = 0, wx = 0, wxx = 0, wy = 0, wxy = 0, det;
 
     for (int k = 0; k < OCTAVES; k++) {
-        double r, x, y, n = h[k].n;
+        double r, x, y, level, n = h[k].n;
 
         if (h[k].n < MIN_SAMPLES)
             continue;
         r = h[k].sum_r / n;
         x = r * r;
         y = spread(&h[k]);
+        level = level_noise(&h[k]);
+        y = y > level ? y : level;
         n /= y * y + FLOOR * FLOOR; /* relative errors, above the floor */
         w += n, wx += n * x, wxx += n * x * x, wy += n * y, wxy += n * x * y;
     }
