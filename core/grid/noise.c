@@ -26,7 +26,9 @@
 #define MAD_TO_SIGMA    1.4826
 #define OUTLIER_SIGMAS  5   /* farther off is an edge, not noise */
 #define FLOOR           0.5 /* ranges are rounded: no less noise than this, units */
-#define MANY_EQUAL      0.3 /* share of equal neighbours from which on depths come in levels */
+#define MANY_EQUAL      0.3
+#define LEVEL_OUTLIER   8                  /* sigmas of a level: farther off is an edge */
+#define NINE_TENTHS     1.6448536269514722 /* of normal noise are within so many sigmas */
 #define UNIFORM         3.4641016151377544 /* sqrt(12): a uniform error over its sigma */
 
 /* Samples of the noise's size in units, by octave of r: histograms with logarithmic bins. */
@@ -102,11 +104,17 @@ static double spread(const struct histogram *h)
     return sigma;
 }
 
-/* Sigma of depths that come in levels: most steps are of one level, steep ones and edges of more. 0
- * where they do not. */
+/* Sigma of depths that come in levels; 0 where they do not. Most steps are of one level, those of
+ * slopes and edges of more. A level's own error is uniform, but which one is told is noisy too, and
+ * shows only where levels change: in the tail, while the median is 0. */
 static double level_noise(const struct histogram *h)
 {
-    return h->n_equal > MANY_EQUAL * h->n ? quantile(h->step, BINS - 1, 0.5) / UNIFORM : 0;
+    double level = quantile(h->step, BINS - 1, 0.5) / UNIFORM, tail;
+
+    if (!(h->n_equal > MANY_EQUAL * h->n))
+        return 0;
+    tail = quantile(h->bin, bin_of(LEVEL_OUTLIER * level), 0.9) / NINE_TENTHS;
+    return tail > level ? tail : level;
 }
 
 /* Least squares of s0 + s2 r^2 over the octaves, weighted by samples; neither may be negative.

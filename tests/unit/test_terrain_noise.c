@@ -30,6 +30,36 @@ static void noise_is_estimated_within_a_fifth(void **state)
         }
 }
 
+/* A camera of few disparities: runs of equal depths, whose median step is 0. Its noise is that of a
+ * level, a uniform error, at the least, and not twice that where the level told is right. */
+static void levels_are_noise(void **state)
+{
+    const double step = 0.0028; /* of inverse depth, 1/m: a Kinect's */
+    struct dx_scene_config c;
+    struct dx_geometry *g;
+    struct dx_plane p;
+    double sigma[3];
+
+    (void)state;
+    dx_scene_config_default(&c, DX_SCENE_MOVING_BOX);
+    c.unit_m = 1e-4;
+    g = scene_frame(&c, &p);
+    for (size_t k = 0; k < dx_plane_n_dexels(&p); k++) {
+        double z = dx_plane_range(&p, k) * 1e-4;
+
+        if (z > 0)
+            dx_plane_set_range(&p, k, (uint32_t)rint(1e4 / (step * rint(1 / (z * step)))));
+    }
+    assert_true(dx_noise_estimate(sigma, &p, g));
+    for (double z = 2; z <= 4.5; z += 0.5) {
+        double level = step * z * z / sqrt(12), told = sigma[0] + sigma[2] * z * z;
+
+        assert_true(told > 0.8 * level && told < 2 * level);
+    }
+    dx_plane_fini(&p);
+    dx_geometry_unref(g);
+}
+
 /* A first frame of a few returns cannot tell the noise: the first that can does, once, for the
  * whole array. */
 static void noise_waits_for_a_frame_that_tells(void **state)
@@ -85,6 +115,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_is_estimated_within_a_fifth),
+        cmocka_unit_test(levels_are_noise),
         cmocka_unit_test(noise_waits_for_a_frame_that_tells),
         cmocka_unit_test(bad_parameters_are_named),
     };
