@@ -86,9 +86,9 @@ int dx_quality_theme_bytes(struct dx_quality_run *run)
         .theme = "bytes",
         .title = "Bytes a dexel",
         .text =
-            "All chunks of a frame over its dexels, in units of 1 mm. The bound is the entropy of\n"
-            "the noise alone in the dexels that are there: no code without loss is shorter in the\n"
-            "mean.",
+            "All chunks of a frame over its dexels, in units of 1 mm. The bound is the entropy\n"
+            "of the noise alone in the dexels that are there: no code without loss is shorter\n"
+            "in the mean.",
         .column = {{"bound", "entropy_bytes", 3},
                    {"f32", "f32_bytes", 3},
                    {"q16", "q16_bytes", 3},

@@ -261,17 +261,13 @@ int dx_quality_theme_diagonals(struct dx_quality_run *run)
     struct dx_quality_table t = {
         .theme = "diagonals",
         .title = "Diagonals at creases",
-        .text = "Root mean square of the mesh's distance from the truth, along the beam, at the "
-                "middle\n"
-                "of full smooth cells: all of them, and those whose corners are of more than one "
-                "face.\n"
-                "Flicker is the share of cells whose diagonal differs between the drawing of this "
-                "seed\n"
-                "and that of the next. The two planes are measured together with their mirror "
-                "image: a\n"
-                "fixed diagonal is the right one for one of the two. The bar of the ratio is for "
-                "scans\n"
-                "whose noise does not hide the crease.",
+        .text =
+            "Root mean square of the mesh's distance from the truth, along the beam, at the\n"
+            "middle of full smooth cells: all of them, and those whose corners are of more than\n"
+            "one face. Flicker is the share of cells whose diagonal differs between the drawing\n"
+            "of this seed and that of the next. The two planes are measured together with their\n"
+            "mirror image: a fixed diagonal is the right one for one of the two. The bar of the\n"
+            "ratio is for scans whose noise does not hide the crease.",
         .column = {{"cells", "cells", 0},
                    {"rms mm", "rms_mm", 3},
                    {"crossed", "crossed_cells", 0},
@@ -299,9 +295,9 @@ int dx_quality_theme_walls(struct dx_quality_run *run)
         .theme = "walls",
         .title = "Distance from walls",
         .text =
-            "Root mean square of the mesh's distance from walls, floor and ceiling, in sigmas of\n"
-            "the noise, at the middle of full cells that the beam meets within 20 degrees of the\n"
-            "normal. The mean of two samples has 0.707.",
+            "Root mean square of the mesh's distance from walls, floor and ceiling, in sigmas\n"
+            "of the noise, at the middle of full cells that the beam meets within 20 degrees of\n"
+            "the normal. The mean of two samples has 0.707.",
         .column = {{"cells", "cells", 0}, {"rms / sigma", "rms_sigma", 4}},
     };
     const struct dx_quality_scan hall = {DX_SCENE_HALL, 1500, 1000, false};

@@ -158,14 +158,11 @@ int dx_quality_theme_coverage(struct dx_quality_run *run)
         .theme = "coverage",
         .title = "Coverage of smooth surface",
         .text =
-            "Smooth cells with both triangles, by the default rules with the true noise; beside "
-            "it\n"
-            "with the first-order rule alone, by the paper's rule with a sphere of 12 cm, and by "
-            "the\n"
-            "default rules with the noise estimated from the same frame. A cell is smooth when "
-            "each\n"
-            "of its six edges passes the true surface at its middle within 3 cm or the spacing of\n"
-            "its ends, whichever is more.",
+            "Smooth cells with both triangles, by the default rules with the true noise; beside\n"
+            "it with the first-order rule alone, by the paper's rule with a sphere of 12 cm,\n"
+            "and by the default rules with the noise estimated from the same frame. A cell is\n"
+            "smooth when each of its six edges passes the true surface at its middle within 3\n"
+            "cm or the spacing of its ends, whichever is more.",
         .column = {{"smooth cells", "smooth_cells", 0},
                    {"coverage %", "coverage_percent", 4},
                    {"first order %", "first_order_percent", 4},
@@ -225,10 +222,10 @@ int dx_quality_theme_veil(struct dx_quality_run *run)
         .theme = "veil",
         .title = "Veil over discontinuities",
         .text =
-            "Triangles with an edge that is off the true surface at its middle by more than 3 cm\n"
-            "and the spacing of its ends, beside the cells that have such an edge. The second\n"
-            "order must not add to them: measured with its rule and without, the filter of mixed\n"
-            "samples off in both.",
+            "Triangles with an edge that is off the true surface at its middle by more than 3\n"
+            "cm and the spacing of its ends, beside the cells that have such an edge. The\n"
+            "second order must not add to them: measured with its rule and without, the filter\n"
+            "of mixed samples off in both.",
         .column = {{"discontinuities", "discontinuity_cells", 0},
                    {"veil", "veil_triangles", 0},
                    {"share %", "veil_percent", 2},

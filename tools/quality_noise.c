@@ -56,7 +56,7 @@ int dx_quality_noise(struct dx_quality_noise *out, const struct dx_quality_rig *
 
 /* ---- the theme ------------------------------------------------------------------------------- */
 
-/* A picket fence is all edges: its rows have no three samples of one plane. */
+/* A picket fence is all edges: its rows have no four samples of one plane. */
 static bool can_tell(enum dx_scene scene)
 {
     return scene != DX_SCENE_FENCE;
@@ -94,10 +94,9 @@ int dx_quality_theme_noise(struct dx_quality_run *run)
     struct dx_quality_table t = {
         .theme = "noise",
         .title = "Noise estimated from one frame",
-        .text =
-            "The model s0 + s2 r^2 found in a frame, over the true one at the 5th, 50th and 95th\n"
-            "percentile of the frame's ranges. The fence has no three samples of one plane in a\n"
-            "row, so it cannot tell and is held to no bar.",
+        .text = "The model s0 + s2 r^2 found in a frame, over the true one at the 5th, 50th and\n"
+                "95th percentile of the frame's ranges. The fence is held to no bar: where it\n"
+                "stands, no four samples in a row are of one surface.",
         .column = {{"s0 mm", "s0_mm", 3},
                    {"s2 mm/m2", "s2_mm_per_m2", 4},
                    {"near", "ratio_near", 3},

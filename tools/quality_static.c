@@ -90,10 +90,10 @@ int dx_quality_theme_static(struct dx_quality_run *run)
     struct dx_quality_table t = {
         .theme = "static",
         .title = "Scenes that stand still",
-        .text = "Root mean square distance of the published ranges from the true ones, in sigmas "
-                "of the\n"
-                "noise, after the last frame; and the share of tiles that a frame changes, in the "
-                "mean.",
+        .text =
+            "Root mean square distance of the published ranges from the true ones, in sigmas of\n"
+            "the noise, after the last frame; and the share of tiles that a frame changes, in\n"
+            "the mean.",
         .column = {{"rms / sigma", "rms_sigma", 4}, {"tiles %", "changed_percent", 2}},
     };
     struct dx_quality_rig *rig = NULL;

@@ -182,13 +182,11 @@ int dx_quality_theme_topology(struct dx_quality_run *run)
     struct dx_quality_table t = {
         .theme = "topology",
         .title = "Topology",
-        .text = "Edges of more than two triangles or run twice in one direction, faces that do not "
-                "see\n"
-                "the scanner, and samples of the index plane (8 x 8 a cell) under two triangles. "
-                "By the\n"
-                "default rules on a plausible scan, and with two missing dexels bridged and the "
-                "strict\n"
-                "filter of mixed samples on a bad one. All must be 0.",
+        .text =
+            "Edges of more than two triangles or run twice in one direction, faces that do not\n"
+            "see the scanner, and samples of the index plane (8 x 8 a cell) under two\n"
+            "triangles. By the default rules on a plausible scan, and with two missing dexels\n"
+            "bridged and the strict filter of mixed samples on a bad one. All must be 0.",
         .column = {{"points", "points", 0},
                    {"triangles", "triangles", 0},
                    {"bad edges", "bad_edges", 0},
