@@ -75,6 +75,19 @@ static uint64_t magnitude(int64_t x)
     return (uint64_t)(x < 0 ? -x : x);
 }
 
+/*
+ * Whether `ac` is greater than `bd` by more than noise << BIAS_SHIFT, noise = floor(product /
+ * range): with a multiplication for the division, and no branch, since on flat surfaces either
+ * answer is as likely.
+ */
+static inline bool bends_more(int64_t ac, int64_t bd, uint64_t product, uint32_t range)
+{
+    int64_t more = (int64_t)(magnitude(ac) - magnitude(bd));
+    uint64_t steps = ((uint64_t)(more - 1) >> BIAS_SHIFT) + 1;
+
+    return (more > 0) & ((unsigned __int128)steps * range > product);
+}
+
 static void prefer_bend(uint8_t *out, const struct dx_diagonal *d, const struct dx_area *a,
                         const struct dx_gates *gates, uint32_t p)
 {
@@ -87,17 +100,12 @@ static void prefer_bend(uint8_t *out, const struct dx_diagonal *d, const struct 
         uint8_t has =
             top->has_ac[q] & bottom->has_ac[q + 1] & top->has_bd[q + 1] & bottom->has_bd[q] & outer;
 
-        if (has) {
-            uint64_t bend_ac = magnitude(top->ac[q] + bottom->ac[q + 1]);
-            uint64_t bend_bd = magnitude(top->bd[q + 1] + bottom->bd[q]);
-
-            /* more than noise << shift, which might not fit; and its division only where needed */
+        if (has)
             out[q] =
-                bend_ac > bend_bd && (bend_ac - bend_bd - 1) >> BIAS_SHIFT >=
-                                         dx_line_noise(&gates->sigma, a->q[p][q], a->range[p][q]);
-        } else {
+                bends_more(top->ac[q] + bottom->ac[q + 1], top->bd[q + 1] + bottom->bd[q],
+                           dx_sigma_at(&gates->sigma, a->range[p][q]) * a->q[p][q], a->range[p][q]);
+        else
             out[q] = prefer_corners(a->range[p] + q, a->range[p + 1] + q, &gates->sigma);
-        }
     }
 }
 
