@@ -45,6 +45,18 @@ static int check_name(const struct check *c, uint32_t n)
     return 0;
 }
 
+static int check_exact(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const char *why = dx_terrain_params_check_exact(&s->mesh);
+
+    if (strcmp(s->driver, "file") || !s->source.file.exact)
+        return 0;
+    if (s->source.file.thin.keep == DX_KEEP_MEAN)
+        why = DX_EXACT_NO_MEAN;
+    return why ? fail_stream(c, n, "file.exact", why) : 0;
+}
+
 static int check_stream(const struct check *c, uint32_t n)
 {
     const struct dx_stream_config *s = &c->config->streams[n];
@@ -69,7 +81,7 @@ static int check_stream(const struct check *c, uint32_t n)
                  c->config->max_clients);
         return fail_stream(c, n, "file.wait", text);
     }
-    return 0;
+    return check_exact(c, n);
 }
 
 int dx_config_check(const struct dx_config *config, const struct dx_config_marks *marks,

@@ -190,6 +190,9 @@ const struct dx_config_key dx_config_keys[] = {
      .preset = "centre",
      .help = "With size: the sample that a dexel keeps when several fall into it; the one nearest to\n"
              "its axis or to the scanner, the lower median, the mean, or the first."},
+    {"streams[].file.exact", DX_CONFIG_BOOL, STREAM(source.file.exact), .preset = "no",
+     .help = "Vertices are the file's own points bit for bit, not those of their dexels' axes: 12 bytes\n"
+             "a dexel more, and subscribers by f32 alone.\nNeeds ingest.filter off and hold 0."},
     {"streams[].file.attribute", DX_CONFIG_CHOICE, STREAM(source.file.attr_bytes),
      .words = file_depths, .preset = "auto",
      .help = "Bits of intensity with each dexel.\nauto: what the files have."},

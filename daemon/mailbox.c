@@ -121,7 +121,7 @@ static int allocate_slots(struct dx_mailbox *m, const struct dx_geometry *g, uin
     if (!m->taken_columns)
         return -ENOMEM;
     for (int k = 0; k < SLOTS; k++) {
-        int r = dx_plane_init(&m->slot[k].plane, g->height, g->width, g->range_bytes, attr_bytes);
+        int r = dx_plane_init_for(&m->slot[k].plane, g, attr_bytes);
 
         m->slot[k].columns = calloc(m->n_words, sizeof(uint64_t));
         if (r < 0 || !m->slot[k].columns)
@@ -204,11 +204,8 @@ static struct dx_plane *get_plane(void *ctx, uint64_t number)
     pthread_mutex_unlock(&m->lock);
     if (!s)
         return NULL;
-    if (is_new) { /* ours alone until its first part is delivered */
-        memset(s->plane.range, 0, dx_plane_n_dexels(&s->plane) * s->plane.range_bytes);
-        if (s->plane.attr_bytes)
-            memset(s->plane.attr, 0, dx_plane_n_dexels(&s->plane) * s->plane.attr_bytes);
-    }
+    if (is_new)
+        dx_plane_clear(&s->plane); /* ours alone until its first part is delivered */
     return &s->plane;
 }
 

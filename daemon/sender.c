@@ -58,8 +58,19 @@ static void begin_geometry(struct dx_subscriber *s, struct dx_geometry *g)
     s->geometry_len = (uint32_t)(g->n_table * sizeof(float));
 }
 
-/* False: this stream cannot be told in the encoding asked for. */
-static bool put_subscribed(struct dx_subscriber *s)
+/* NULL, or why this stream cannot be told in the encoding asked for. */
+static const char *unfit_encoding(const struct dx_subscriber *s)
+{
+    const struct dx_geometry *g = s->stream->loop->geometry;
+
+    if (g->exact && dx_encoding_has_ranges(s->asked.encoding))
+        return "q16 and delta carry ranges, this stream has exact points; take f32";
+    if (s->asked.encoding == DX_ENCODING_Q16 && g->range_bytes != 2)
+        return "q16 needs 16-bit ranges, this stream has 32-bit ones; take delta or f32";
+    return NULL;
+}
+
+static void put_subscribed(struct dx_subscriber *s)
 {
     const struct dx_feed_loop *l = s->stream->loop;
     const struct dx_geometry *g = l->geometry;
@@ -87,8 +98,6 @@ static bool put_subscribed(struct dx_subscriber *s)
     };
     struct dx_writer w;
 
-    if (s->asked.encoding == DX_ENCODING_Q16 && g->range_bytes != 2)
-        return false;
     begin_geometry(s, l->geometry);
     m.table_bytes = s->geometry_len;
     memcpy(m.pose, g->pose, sizeof(m.pose));
@@ -97,7 +106,6 @@ static bool put_subscribed(struct dx_subscriber *s)
     dx_msg_subscribed_put(&w, &m);
     end(s, &w, DX_MSG_SUBSCRIBED);
     s->tell_subscribed = false;
-    return true;
 }
 
 /* One piece, through `own`: put as little-endian bits whatever the host is. */
@@ -252,12 +260,14 @@ static bool step(struct dx_subscriber *s, uint64_t now_ns)
     } else if (s->tell_reset) {
         put_reset(s);
     } else if (s->tell_subscribed && s->stream->loop->geometry) {
-        if (!put_subscribed(s)) {
+        const char *unfit = unfit_encoding(s);
+
+        if (unfit) {
             s->doomed = DX_WIRE_E_ENCODING;
-            snprintf(s->doom, sizeof(s->doom),
-                     "q16 needs 16-bit ranges, this stream has 32-bit ones; take delta or f32");
+            snprintf(s->doom, sizeof(s->doom), "%s", unfit);
             return false;
         }
+        put_subscribed(s);
     } else if (s->geometry) {
         put_geometry(s);
     } else if (s->stage != DX_BATCH_NONE) {

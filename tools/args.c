@@ -161,6 +161,23 @@ int dx_thin_args_check(const struct dx_thin_options *o, const char *command, con
     return -EINVAL;
 }
 
+int dx_exact_args_check(bool exact, const struct dx_thin_options *thin,
+                        const struct dx_terrain_args *terrain, const char *command)
+{
+    const char *why = NULL;
+
+    if (!exact)
+        return 0;
+    if (thin->keep == DX_KEEP_MEAN)
+        why = DX_EXACT_NO_MEAN;
+    else if (terrain)
+        why = dx_terrain_params_check_exact(&terrain->params);
+    if (!why)
+        return 0;
+    fprintf(stderr, "%s: --exact: %s\n", command, why);
+    return -EINVAL;
+}
+
 void dx_terrain_args_default(struct dx_terrain_args *a)
 {
     *a = (struct dx_terrain_args){.fit = {.unit_m = 0, .seam = -1}};

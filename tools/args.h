@@ -68,6 +68,11 @@ struct dx_terrain_args {
     struct dx_fit_options fit;
 };
 
+/* After the last option: exact points need a policy that keeps a sample, and (terrain not NULL)
+ * frames as they are. 0; -EINVAL having said why. */
+int dx_exact_args_check(bool exact, const struct dx_thin_options *thin,
+                        const struct dx_terrain_args *terrain, const char *command);
+
 enum dx_terrain_option { /* values in struct option, away from characters and the commands' own */
                          DX_OPTION_SIGMA = 0x1000,
                          DX_OPTION_TILT,

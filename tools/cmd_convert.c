@@ -14,14 +14,20 @@ static const char help[] =
     "  OUT                 a .ptx or .pcd file, or a directory for frame-NNNNNN files\n"
     "  --format ptx|pcd    of the files in a directory (ptx)\n"
     "  --unit M            range unit, metres (finest that holds the range in 16 "
-    "bits)\n\n" DX_THIN_HELP("--size WxH           ");
+    "bits)\n"
+    "  --exact             the points themselves, not those of their ranges\n\n" DX_THIN_HELP(
+        "--size WxH           ");
 
-enum { OPT_FORMAT = 256, OPT_UNIT, OPT_SIZE, OPT_KEEP, OPT_HELP };
+enum { OPT_FORMAT = 256, OPT_UNIT, OPT_EXACT, OPT_SIZE, OPT_KEEP, OPT_HELP };
 
 static const struct option options[] = {
-    {"format", required_argument, NULL, OPT_FORMAT}, {"unit", required_argument, NULL, OPT_UNIT},
-    {"size", required_argument, NULL, OPT_SIZE},     {"keep", required_argument, NULL, OPT_KEEP},
-    {"help", no_argument, NULL, OPT_HELP},           {0},
+    {"format", required_argument, NULL, OPT_FORMAT},
+    {"unit", required_argument, NULL, OPT_UNIT},
+    {"exact", no_argument, NULL, OPT_EXACT},
+    {"size", required_argument, NULL, OPT_SIZE},
+    {"keep", required_argument, NULL, OPT_KEEP},
+    {"help", no_argument, NULL, OPT_HELP},
+    {0},
 };
 
 struct args {
@@ -29,6 +35,7 @@ struct args {
     enum dx_frame_format format;
     double unit_m; /* 0: from the data */
     struct dx_thin_options thin;
+    bool exact;
 };
 
 /* Takes frames from the driver and hands them on to the writer. */
@@ -46,7 +53,7 @@ static int sink_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
     int r;
 
     dx_plane_fini(&s->plane);
-    r = dx_plane_init(&s->plane, g->height, g->width, g->range_bytes, attr_bytes);
+    r = dx_plane_init_for(&s->plane, g, attr_bytes);
     if (r < 0)
         return dx_err_set(s->err, r, "%ux%u: %s", g->width, g->height, strerror(-r));
     dx_geometry_unref(s->g);
@@ -57,12 +64,9 @@ static int sink_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
 static struct dx_plane *sink_plane(void *ctx, uint64_t number)
 {
     struct sink *s = ctx;
-    size_t n = dx_plane_n_dexels(&s->plane);
 
     (void)number; /* files come in whole frames */
-    memset(s->plane.range, 0, n * s->plane.range_bytes);
-    if (s->plane.attr)
-        memset(s->plane.attr, 0, n * s->plane.attr_bytes);
+    dx_plane_clear(&s->plane);
     return &s->plane;
 }
 
@@ -95,8 +99,11 @@ static int copy(struct dx_device *dev, struct sink *s)
 
 static int run(const struct args *a, struct dx_err *err)
 {
-    const struct dx_file_config config = {
-        .path = a->in, .attr_bytes = -1, .fit = {.unit_m = a->unit_m, .seam = -1}, .thin = a->thin};
+    const struct dx_file_config config = {.path = a->in,
+                                          .attr_bytes = -1,
+                                          .fit = {.unit_m = a->unit_m, .seam = -1},
+                                          .thin = a->thin,
+                                          .exact = a->exact};
     struct dx_out_frames out;
     struct sink s = {.out = &out, .err = err};
     struct dx_device *dev;
@@ -133,6 +140,9 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_UNIT:
         return dx_arg_double(&a->unit_m, &(struct dx_arg){"dexel convert", "--unit", text}, 1e-6, 1,
                              "metres");
+    case OPT_EXACT:
+        a->exact = true;
+        return 0;
     case OPT_SIZE:
         return dx_thin_args_size(&a->thin, &(struct dx_arg){"dexel convert", "--size", text});
     case OPT_KEEP:
@@ -158,7 +168,8 @@ static int parse(struct args *a, int argc, char **argv)
         fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n", argc - optind);
         return -EINVAL;
     }
-    if (dx_thin_args_check(&a->thin, "dexel convert", "--size") < 0)
+    if (dx_thin_args_check(&a->thin, "dexel convert", "--size") < 0 ||
+        dx_exact_args_check(a->exact, &a->thin, NULL, "dexel convert") < 0)
         return -EINVAL;
     a->in = argv[optind];
     a->out = argv[optind + 1];

@@ -23,6 +23,7 @@ static const char help[] =
     "  --split             each fan of triangles that meet in a point gets a vertex of its own\n"
     "  --encoding f32|q16|delta\n"
     "                      pass the tiles through an encoding of the protocol\n"
+    "  --exact             vertices are the scan's own points, bit for bit (not by q16, delta)\n"
     "  --stats             one JSON object on standard output\n\n" DX_THIN_HELP(
         "--size WxH           ") "\n" DX_TERRAIN_HELP;
 
@@ -34,6 +35,7 @@ enum {
     OPT_ASCII,
     OPT_SPLIT,
     OPT_ENCODING,
+    OPT_EXACT,
     OPT_STATS,
     OPT_SIZE,
     OPT_KEEP,
@@ -48,6 +50,7 @@ static const struct option options[] = {
     {"ascii", no_argument, NULL, OPT_ASCII},
     {"split", no_argument, NULL, OPT_SPLIT},
     {"encoding", required_argument, NULL, OPT_ENCODING},
+    {"exact", no_argument, NULL, OPT_EXACT},
     {"stats", no_argument, NULL, OPT_STATS},
     {"size", required_argument, NULL, OPT_SIZE},
     {"keep", required_argument, NULL, OPT_KEEP},
@@ -109,6 +112,9 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_SPLIT:
         a->split = true;
         return 0;
+    case OPT_EXACT:
+        a->config.exact = true;
+        return 0;
     case OPT_STATS:
         a->stats = true;
         return 0;
@@ -122,7 +128,8 @@ static int check(const struct args *a)
     struct dx_err err;
 
     if (dx_terrain_args_check(&a->config.terrain, "dexel mesh") < 0 ||
-        dx_thin_args_check(&a->config.thin, "dexel mesh", "--size") < 0)
+        dx_thin_args_check(&a->config.thin, "dexel mesh", "--size") < 0 ||
+        dx_exact_args_check(a->config.exact, &a->config.thin, &a->config.terrain, "dexel mesh") < 0)
         return -EINVAL;
     if (!a->out && !a->stats) {
         fprintf(stderr, "dexel mesh: found neither -o nor --stats, expected one of them\n");

@@ -30,22 +30,17 @@ static int on_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
     s->plane = (struct dx_plane){0};
     s->filling = false;
     rc = dx_terrain_new(&s->terrain, g, &s->params, attr_bytes);
-    if (rc < 0)
-        return rc;
-    return dx_plane_init(&s->plane, g->height, g->width, g->range_bytes, attr_bytes);
+    return rc < 0 ? rc : dx_plane_init_for(&s->plane, g, attr_bytes);
 }
 
 static struct dx_plane *on_plane(void *ctx, uint64_t number)
 {
     struct sink *s = ctx;
-    size_t n = dx_plane_n_dexels(&s->plane);
 
     if (!s->terrain)
         return NULL;
     if (!s->filling || number != s->number) {
-        memset(s->plane.range, 0, n * s->plane.range_bytes);
-        if (s->plane.attr)
-            memset(s->plane.attr, 0, n * s->plane.attr_bytes);
+        dx_plane_clear(&s->plane);
         s->number = number;
         s->filling = true;
     }
@@ -114,8 +109,11 @@ static int read_frames(struct sink *s, struct dx_device *dev, const struct dx_of
 static int decode_file(struct sink *s, struct dx_offline *o, const struct dx_offline_config *c,
                        struct dx_err *err)
 {
-    const struct dx_file_config config = {
-        .path = c->path, .attr_bytes = -1, .fit = c->terrain.fit, .thin = c->thin};
+    const struct dx_file_config config = {.path = c->path,
+                                          .attr_bytes = -1,
+                                          .fit = c->terrain.fit,
+                                          .thin = c->thin,
+                                          .exact = c->exact};
     const struct dx_fit_report *report;
     struct dx_device *dev;
     int rc = dx_file_driver.open(&dev, &config, err);
@@ -202,6 +200,9 @@ static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct d
         return dx_err_set(err, -EINVAL,
                           "%s: q16 needs ranges of 16 bits, found 32; a coarser unit helps",
                           c->path);
+    if (c->exact && (c->encoding == DX_ENCODING_Q16 || c->encoding == DX_ENCODING_DELTA))
+        return dx_err_set(err, -EINVAL, "%s: %s carries ranges, found exact points; take f32",
+                          c->path, c->encoding == DX_ENCODING_Q16 ? "q16" : "delta");
     rc = dx_pool_new(&pool, c->n_threads);
     if (rc < 0)
         return dx_err_set(err, rc, "%u threads: %s", c->n_threads, strerror(-rc));

@@ -17,6 +17,7 @@ struct dx_offline_config {
     const char *path; /* file, directory or glob */
     struct dx_terrain_args terrain;
     struct dx_thin_options thin;
+    bool exact;         /* vertices are the file's own points */
     uint64_t frame;     /* which frame of a sequence, from 0, or DX_OFFLINE_LAST */
     unsigned n_threads; /* 0: one a processor */
     int encoding;       /* enum dx_encoding that tiles pass through, or DX_OFFLINE_PLAIN */
@@ -32,8 +33,8 @@ struct dx_offline {
     double mesh_s;  /* computing its tiles */
 };
 
-/* Errors: -errno with text (a corrupt frame, no such frame, ranges that q16 cannot carry); *o is
- * then zeroed. */
+/* Errors: -errno with text (a corrupt frame, no such frame, ranges that q16 cannot carry, exact
+ * points by their ranges); *o is then zeroed. */
 int dx_offline_run(struct dx_offline *o, const struct dx_offline_config *config,
                    struct dx_err *err);
 void dx_offline_fini(struct dx_offline *o);

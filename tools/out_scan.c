@@ -4,6 +4,7 @@
 #include "core/base/bytes.h"
 
 #include <math.h>
+#include <string.h>
 
 #define PCD_POINT_LEN 16 /* x y z intensity, f32 */
 
@@ -13,6 +14,18 @@ static double intensity(const struct dx_plane *plane, size_t k)
     if (plane->attr_bytes == 0)
         return 0.5;
     return dx_plane_attr(plane, k) / (plane->attr_bytes == 1 ? 255.0 : 65535.0);
+}
+
+/* A return as a point: its own where the plane has them. */
+static void point(float p[3], const struct dx_plane *plane, const struct dx_geometry *g,
+                  uint32_t row, uint32_t col)
+{
+    size_t k = (size_t)row * plane->width + col;
+
+    if (plane->xyz)
+        memcpy(p, plane->xyz + 3 * k, 3 * sizeof(*p));
+    else
+        dx_geometry_point(g, row, col, dx_plane_range(plane, k), p);
 }
 
 /* Digits after the point that keep a range within a twentieth of its unit. */
@@ -41,22 +54,21 @@ static void ptx_header(FILE *f, const struct dx_geometry *g)
 
 void dx_out_ptx(FILE *f, const struct dx_plane *plane, const struct dx_geometry *g)
 {
-    int n = decimals(g);
+    int n = plane->xyz ? 9 : decimals(g); /* nine significant digits tell every f32 */
 
     ptx_header(f, g);
     for (uint32_t col = 0; col < plane->width; col++)
         for (uint32_t row = 0; row < plane->height; row++) {
             size_t k = (size_t)row * plane->width + col;
-            uint32_t range = dx_plane_range(plane, k);
             float p[3];
 
-            if (range == 0) {
+            if (dx_plane_range(plane, k) == 0) {
                 fputs("0 0 0 0.5\n", f);
                 continue;
             }
-            dx_geometry_point(g, row, col, range, p);
-            fprintf(f, "%.*f %.*f %.*f %.6f\n", n, (double)p[0], n, (double)p[1], n, (double)p[2],
-                    intensity(plane, k));
+            point(p, plane, g, row, col);
+            fprintf(f, plane->xyz ? "%.*g %.*g %.*g %.6f\n" : "%.*f %.*f %.*f %.6f\n", n,
+                    (double)p[0], n, (double)p[1], n, (double)p[2], intensity(plane, k));
         }
 }
 
@@ -110,12 +122,11 @@ void dx_out_pcd(FILE *f, const struct dx_plane *plane, const struct dx_geometry 
     for (uint32_t row = 0; row < plane->height; row++)
         for (uint32_t col = 0; col < plane->width; col++) {
             size_t k = (size_t)row * plane->width + col;
-            uint32_t range = dx_plane_range(plane, k);
             float p[4] = {NAN, NAN, NAN, 0};
             uint8_t bytes[PCD_POINT_LEN];
 
-            if (range) {
-                dx_geometry_point(g, row, col, range, p);
+            if (dx_plane_range(plane, k)) {
+                point(p, plane, g, row, col);
                 p[3] = (float)intensity(plane, k);
             }
             for (int m = 0; m < 4; m++)

@@ -121,6 +121,7 @@ int dx_cover_geometry(struct dx_geometry **out, const struct dx_geometry *g, uin
                              : rc;
     (*out)->unit_m = g->unit_m;
     (*out)->range_bytes = g->range_bytes;
+    (*out)->exact = g->exact;
     memcpy((*out)->pose, g->pose, sizeof(g->pose));
     return 0;
 }

@@ -52,7 +52,8 @@ int dx_fit_geometry(struct dx_geometry **out, struct dx_fit_report *report,
                     struct dx_err *err);
 
 /* Ranges of the points under a geometry, rounded to its unit; a range that does not fit or is not
- * finite is left 0. Returns how many were dropped so. `plane` has the geometry's size and width. */
+ * finite is left 0; and the points themselves where the plane has room for them. Returns how many
+ * were dropped so. `plane` has the geometry's size and width. */
 uint32_t dx_fit_ranges(struct dx_plane *plane, const struct dx_geometry *g,
                        const struct dx_points *points);
 

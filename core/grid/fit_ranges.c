@@ -40,6 +40,8 @@ uint32_t dx_fit_ranges(struct dx_plane *plane, const struct dx_geometry *g,
             dropped += range == 0 && !missing(p);
             dx_plane_set_range(plane, k, range);
             dx_plane_set_attr(plane, k, range && points->attr ? points->attr[k] : 0);
+            for (size_t m = 3 * k; plane->xyz && m < 3 * k + 3; m++)
+                plane->xyz[m] = range ? (float)points->xyz[m] : 0;
         }
     return dropped;
 }

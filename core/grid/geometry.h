@@ -30,6 +30,7 @@ struct dx_geometry {
     bool wrap; /* column 0 follows the last column (seam closed) */
     bool flip; /* handedness: emit (a,c,b) for index-plane (a,b,c), so that faces see the scanner */
     uint8_t range_bytes; /* 2 or 4: what a range of this stream needs */
+    bool exact;          /* planes of this stream carry the points themselves (plane.h: xyz) */
     float unit_m;        /* metres per range unit */
     double pose[12];     /* rows of [R|t], scanner to world; never applied to chunks */
     /*

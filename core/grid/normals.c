@@ -86,8 +86,12 @@ static void fetch_codes(uint8_t code[SIDE - 1], const struct field *f, uint32_t 
 
 static void point_at(float p[3], const struct dx_normals_source *s, uint32_t row, uint32_t col)
 {
-    dx_geometry_point(s->geometry, row, col,
-                      dx_plane_range(s->plane, (size_t)row * s->plane->width + col), p);
+    size_t k = (size_t)row * s->plane->width + col;
+
+    if (s->plane->xyz)
+        memcpy(p, s->plane->xyz + 3 * k, 3 * sizeof(*p));
+    else
+        dx_geometry_point(s->geometry, row, col, dx_plane_range(s->plane, k), p);
 }
 
 /* Points of a row of the grid; those outside it are not touched, and not used. */

@@ -1,8 +1,10 @@
 /* Allocation of dexel planes. */
+#include "core/grid/geometry.h"
 #include "core/grid/plane.h"
 
 #include <errno.h>
 #include <stdlib.h>
+#include <string.h>
 
 int dx_plane_init(struct dx_plane *plane, uint32_t height, uint32_t width, uint8_t range_bytes,
                   uint8_t attr_bytes)
@@ -26,9 +28,34 @@ int dx_plane_init(struct dx_plane *plane, uint32_t height, uint32_t width, uint8
     return 0;
 }
 
+int dx_plane_init_for(struct dx_plane *plane, const struct dx_geometry *g, uint8_t attr_bytes)
+{
+    int r = dx_plane_init(plane, g->height, g->width, g->range_bytes, attr_bytes);
+
+    if (r < 0 || !g->exact)
+        return r;
+    plane->xyz = calloc(dx_plane_n_dexels(plane), 3 * sizeof(*plane->xyz));
+    if (plane->xyz)
+        return 0;
+    dx_plane_fini(plane);
+    return -ENOMEM;
+}
+
+void dx_plane_clear(struct dx_plane *plane)
+{
+    size_t n = dx_plane_n_dexels(plane);
+
+    memset(plane->range, 0, n * plane->range_bytes);
+    if (plane->attr)
+        memset(plane->attr, 0, n * plane->attr_bytes);
+    if (plane->xyz)
+        memset(plane->xyz, 0, n * 3 * sizeof(*plane->xyz));
+}
+
 void dx_plane_fini(struct dx_plane *plane)
 {
     free(plane->range);
     free(plane->attr);
+    free(plane->xyz);
     *plane = (struct dx_plane){0};
 }

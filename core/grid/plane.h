@@ -10,6 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct dx_geometry;
+
 /* Bounds for every grid from outside; a stencil that wraps must not meet itself (width >= 8 to
  * wrap). */
 #define DX_PLANE_MAX_SIDE   65535u
@@ -21,12 +23,19 @@ struct dx_plane {
     uint8_t attr_bytes;     /* 0, 1 or 2 */
     void *range;            /* uint16_t or uint32_t [height * width] */
     void *attr;             /* uint8_t or uint16_t [height * width], NULL when attr_bytes is 0 */
+    float *xyz;             /* [height * width * 3] where the stream is exact, else NULL: the points
+                               themselves, scanner frame, metres; 0, 0, 0 where the range is 0 */
 };
 
 /* All dexels empty. Errors: -EINVAL (sizes out of bounds), -ENOMEM. */
 int dx_plane_init(struct dx_plane *plane, uint32_t height, uint32_t width, uint8_t range_bytes,
                   uint8_t attr_bytes);
+/* The plane of a stream: of its geometry's size and width, with points where it is exact. */
+int dx_plane_init_for(struct dx_plane *plane, const struct dx_geometry *g, uint8_t attr_bytes);
 void dx_plane_fini(struct dx_plane *plane);
+
+/* All dexels empty again. */
+void dx_plane_clear(struct dx_plane *plane);
 
 static inline size_t dx_plane_n_dexels(const struct dx_plane *plane)
 {

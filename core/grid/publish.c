@@ -86,6 +86,9 @@ static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, 
     if (ab)
         differs |= replace((uint8_t *)t->published.attr + at * ab,
                            (const uint8_t *)frame->attr + at * ab, n * ab);
+    if (t->published.xyz)
+        differs |=
+            replace(t->published.xyz + 3 * at, frame->xyz + 3 * at, 3 * n * sizeof(*frame->xyz));
     if (differs)
         mark_tiles(t, row, col0, col0 + n - 1);
 }

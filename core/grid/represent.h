@@ -18,6 +18,9 @@ enum dx_keep {
     DX_N_KEEP,
 };
 
+/* Why exact points cannot be had with it. */
+#define DX_EXACT_NO_MEAN "exact points need a sample that is kept, found keep mean"
+
 const char *dx_keep_name(unsigned keep); /* NULL past the last */
 
 /* The array that a frame is thinned into; width 0: the frame's own grid, nothing is thinned. */

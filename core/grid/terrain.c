@@ -71,6 +71,15 @@ static uint32_t hold_of(const struct dx_ingest_params *p)
     return (uint32_t)rint(256 * hold);
 }
 
+const char *dx_terrain_params_check_exact(const struct dx_terrain_params *p)
+{
+    if (p->ingest.filter != DX_FILTER_OFF)
+        return "exact points need filter off: an estimate is no sample";
+    if (hold_of(&p->ingest) != 0)
+        return "exact points need hold 0: every difference is published";
+    return NULL;
+}
+
 static uint64_t *bits_new(uint32_t n)
 {
     return calloc((size_t)n / 64 + 1, sizeof(uint64_t));
@@ -83,7 +92,8 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     size_t n_tiles;
     int r;
 
-    if (dx_terrain_params_check(params) || g->height < 2 || g->width < 2)
+    if (dx_terrain_params_check(params) || g->height < 2 || g->width < 2 ||
+        (g->exact && dx_terrain_params_check_exact(params)))
         return -EINVAL;
     t = calloc(1, sizeof(*t));
     if (!t)
@@ -102,7 +112,7 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
     t->hold = hold_of(&params->ingest);
     t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
-    r = dx_plane_init(&t->published, g->height, g->width, g->range_bytes, attr_bytes);
+    r = dx_plane_init_for(&t->published, g, attr_bytes);
     if (r == 0)
         r = dx_estimator_init(&t->estimator, &params->ingest, &t->published);
     if (r == 0)

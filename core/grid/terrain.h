@@ -68,11 +68,14 @@ void dx_terrain_params_default(struct dx_terrain_params *p);
 /* NULL, or what is wrong with the parameters ("tilt must be in 0..89"). */
 const char *dx_terrain_params_check(const struct dx_terrain_params *p);
 
+/* NULL, or why an exact stream cannot have the parameters: what is published must be a sample. */
+const char *dx_terrain_params_check_exact(const struct dx_terrain_params *p);
+
 struct dx_terrain;
 
 /*
  * Takes a reference on `g`. Everything is allocated here; the calls below allocate nothing.
- * `attr_bytes` 0, 1, 2. Errors: -EINVAL, -ENOMEM.
+ * `attr_bytes` 0, 1, 2. Errors: -EINVAL (what the checks above refuse, a grid too small), -ENOMEM.
  */
 int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
                    const struct dx_terrain_params *params, uint8_t attr_bytes);
@@ -86,12 +89,13 @@ const struct dx_plane *dx_terrain_published(const struct dx_terrain *t);
 const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t);
 
 /*
- * Takes columns [col0, col0 + n_cols) of `frame` (of the array's size; n_cols = width for a whole
- * frame; each column once a frame), publishes what params.ingest lets through, and marks the tiles
- * that it touches. After each call, for each dexel of those columns: it is published iff it has an
- * estimate, and within max(hold * sigma, half a unit) of it. Where the noise was not given, the
- * first whole frame that can tell it settles it (dx_terrain_params); until then it is the floor for
- * the mesh, samples are not averaged, and every difference is published.
+ * Takes columns [col0, col0 + n_cols) of `frame` (of the array's size, and with points where the
+ * geometry is exact; n_cols = width for a whole frame; each column once a frame), publishes what
+ * params.ingest lets through, and marks the tiles that it touches. After each call, for each dexel
+ * of those columns: it is published iff it has an estimate, and within max(hold * sigma, half a
+ * unit) of it. Where the noise was not given, the first whole frame that can tell it settles it
+ * (dx_terrain_params); until then it is the floor for the mesh, samples are not averaged, and every
+ * difference is published.
  */
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                         uint32_t n_cols);

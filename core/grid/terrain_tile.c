@@ -17,12 +17,16 @@ void dx_terrain_describe(const struct dx_terrain *t, uint32_t number, struct dx_
     tile->cell_rows = (uint8_t)(rows < DX_TILE_CELLS ? rows : DX_TILE_CELLS);
     tile->cell_cols = (uint8_t)(cols < DX_TILE_CELLS ? cols : DX_TILE_CELLS);
     tile->attr_bytes = t->published.attr_bytes;
+    tile->exact = t->published.xyz != NULL;
 }
 
-/* n samples of the array from element k on, widened to what a tile holds. */
-static void gather_run(const struct dx_plane *p, size_t k, uint32_t n, uint32_t *range,
-                       uint16_t *attr)
+/* n samples of the array from element k on, widened to what a tile holds, to block dexel `to`. */
+static void gather_run(struct dx_tile *tile, uint32_t to, const struct dx_plane *p, size_t k,
+                       uint32_t n)
 {
+    uint32_t *range = tile->range + to;
+    uint16_t *attr = tile->attr + to;
+
     if (p->range_bytes == 4)
         memcpy(range, (const uint32_t *)p->range + k, n * sizeof(*range));
     else
@@ -33,18 +37,27 @@ static void gather_run(const struct dx_plane *p, size_t k, uint32_t n, uint32_t 
     else if (p->attr_bytes == 1)
         for (uint32_t j = 0; j < n; j++)
             attr[j] = ((const uint8_t *)p->attr)[k + j];
+    if (tile->exact)
+        memcpy(tile->xyz + 3 * (size_t)to, p->xyz + 3 * k, 3 * n * sizeof(*p->xyz));
 }
 
-/* One block row of a tile whose first block column is column `col` of the grid (-1: the one before
- * it), which is the grid's row `row`. */
-static void gather_row(const struct dx_terrain *t, uint32_t row, int64_t col, uint32_t *range,
-                       uint16_t *attr)
+static void clear_run(struct dx_tile *tile, uint32_t to, uint32_t n)
+{
+    memset(tile->range + to, 0, n * sizeof(*tile->range));
+    memset(tile->attr + to, 0, n * sizeof(*tile->attr));
+    if (tile->exact)
+        memset(tile->xyz + 3 * (size_t)to, 0, 3 * n * sizeof(*tile->xyz));
+}
+
+/* The block row from block dexel `to` on of a tile whose first block column is column `col` of the
+ * grid (-1: the one before it), which is the grid's row `row`. */
+static void gather_row(struct dx_tile *tile, uint32_t to, const struct dx_terrain *t, uint32_t row,
+                       int64_t col)
 {
     const struct dx_plane *p = &t->published;
     uint32_t j = !t->tiling.wrap && col < 0, n;
 
-    if (j)
-        range[0] = attr[0] = 0;
+    clear_run(tile, to, j);
     for (; j < DX_BLOCK; j += n) {
         uint32_t at =
             (uint32_t)((col + j + p->width) % p->width); /* past the seam: from column 0 */
@@ -52,10 +65,9 @@ static void gather_row(const struct dx_terrain *t, uint32_t row, int64_t col, ui
         if (!t->tiling.wrap && col + j >= p->width)
             break;
         n = DX_BLOCK - j < p->width - at ? DX_BLOCK - j : p->width - at;
-        gather_run(p, (size_t)row * p->width + at, n, range + j, attr + j);
+        gather_run(tile, to + j, p, (size_t)row * p->width + at, n);
     }
-    memset(range + j, 0, (DX_BLOCK - j) * sizeof(*range));
-    memset(attr + j, 0, (DX_BLOCK - j) * sizeof(*attr));
+    clear_run(tile, to + j, DX_BLOCK - j);
 }
 
 /* The samples of a tile's block: struts use dexels beside its own cells. 0 outside the grid. */
@@ -64,17 +76,11 @@ static void gather(const struct dx_terrain *t, struct dx_tile *tile)
     int64_t row = (int64_t)tile->row * DX_TILE_CELLS - 1;
     int64_t col = (int64_t)tile->col * DX_TILE_CELLS - 1;
 
-    for (uint32_t i = 0; i < DX_BLOCK; i++, row++) {
-        uint32_t *range = tile->range + (size_t)i * DX_BLOCK;
-        uint16_t *attr = tile->attr + (size_t)i * DX_BLOCK;
-
-        if (row >= 0 && row < t->published.height) {
-            gather_row(t, (uint32_t)row, col, range, attr);
-        } else {
-            memset(range, 0, DX_BLOCK * sizeof(*range));
-            memset(attr, 0, DX_BLOCK * sizeof(*attr));
-        }
-    }
+    for (uint32_t i = 0; i < DX_BLOCK; i++, row++)
+        if (row >= 0 && row < t->published.height)
+            gather_row(tile, i * DX_BLOCK, t, (uint32_t)row, col);
+        else
+            clear_run(tile, i * DX_BLOCK, DX_BLOCK);
 }
 
 /* ---- normals -------------------------------------------------------------------------------- */

@@ -148,6 +148,17 @@ static uint64_t hash_samples(uint64_t h, const struct dx_tile *tile, const struc
     return h;
 }
 
+/* By their bits: -0 is another point than 0. */
+static uint64_t hash_points(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
+{
+    uint32_t bits[3 * DX_BLOCK_DEXELS];
+
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        for (uint32_t m = 3 * k; m < 3 * k + 3; m++)
+            bits[m] = dx_f32_bits(tile->xyz[m]) & -(uint32_t)used->at[k];
+    return dx_hash(h, bits, sizeof(bits));
+}
+
 uint64_t dx_tile_hash(const struct dx_tile *tile)
 {
     static const uint64_t seed =
@@ -159,5 +170,8 @@ uint64_t dx_tile_hash(const struct dx_tile *tile)
     h = dx_hash(seed, tile->code, sizeof(tile->code));
     if (dx_tile_next_strut(tile, 0) < DX_BLOCK_DEXELS) /* most tiles have none: nothing to pay */
         h = dx_hash(h, tile->strut, sizeof(tile->strut));
-    return hash_samples(h, tile, &used) | 1; /* 0 is kept for tiles without triangles */
+    h = hash_samples(h, tile, &used);
+    if (tile->exact)
+        h = hash_points(h, tile, &used);
+    return h | 1; /* 0 is kept for tiles without triangles */
 }

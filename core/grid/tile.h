@@ -59,6 +59,8 @@ struct dx_tile {
     uint16_t attr[DX_BLOCK_DEXELS];
     bool has_normals;
     int8_t normal[2 * DX_BLOCK_DEXELS]; /* octahedral.h; block order */
+    bool exact;                         /* vertices are the points below, not those of the ranges */
+    float xyz[3 * DX_BLOCK_DEXELS]; /* block order; last: its memory is not touched unless exact */
 };
 
 /* The mesh of one tile: what a subscriber sees. */
@@ -100,8 +102,9 @@ static inline uint32_t dx_tile_strut_corner(uint32_t k, struct dx_strut_corner c
  * many. */
 uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES]);
 
-/* The whole mesh of a tile: mask, vertices under the geometry, attributes, normals, triangles:
- * of the cells row by row, then of the struts in block order of their owners. */
+/* The whole mesh of a tile: mask, vertices under the geometry (or the tile's own points),
+ * attributes, normals, triangles: of the cells row by row, then of the struts in block order of
+ * their owners. */
 void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                         const struct dx_tiling *tiling, const struct dx_geometry *g);
 
@@ -115,9 +118,9 @@ static inline uint64_t dx_tile_vertex_id(const struct dx_tiling *t, uint32_t til
     return row * t->width + col % t->width;
 }
 
-/* Hash of what the tile's chunk says (codes of cells and struts; ranges, attributes and normals of
- * used dexels), whatever the encoding; equal hashes are taken for equal content. 0 only for a tile
- * without triangles. */
+/* Hash of what the tile's chunk says (codes of cells and struts; ranges, attributes, normals and
+ * points of used dexels), whatever the encoding; equal hashes are taken for equal content. 0 only
+ * for a tile without triangles. */
 uint64_t dx_tile_hash(const struct dx_tile *tile);
 
 #endif

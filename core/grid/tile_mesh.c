@@ -1,7 +1,7 @@
 /*
- * The whole mesh of a tile: its points under the geometry, attributes and normals in rank order,
- * triangles. Shared by the daemon's encoders and the client's decoders, so that both get the same
- * bits.
+ * The whole mesh of a tile: its points (under the geometry, or as they came), attributes and
+ * normals in rank order, triangles. Shared by the daemon's encoders and the client's decoders, so
+ * that both get the same bits.
  */
 #include "core/grid/tile_used.h"
 
@@ -65,6 +65,30 @@ static float *row_points(float *out, const struct dx_geometry *g, uint32_t row,
     return out;
 }
 
+static void geometry_points(float *xyz, const struct dx_tile *tile, const struct dx_used *used,
+                            const struct dx_tiling *tiling, const struct dx_geometry *g)
+{
+    struct columns col;
+
+    find_columns(&col, tile, tiling, g);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const uint8_t *in_row = used->at + (size_t)i * DX_BLOCK;
+
+        if (memchr(in_row, 1, DX_BLOCK)) /* a row outside the grid has no vertex */
+            xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, &col,
+                             tile->range + (size_t)i * DX_BLOCK, in_row);
+    }
+}
+
+static void exact_points(float *xyz, const struct dx_tile *tile, const struct dx_used *used)
+{
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        if (used->at[k]) {
+            memcpy(xyz, tile->xyz + 3 * (size_t)k, 3 * sizeof(*xyz));
+            xyz += 3;
+        }
+}
+
 /* Attributes and normals from block order to rank order. */
 static void rank_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                          const struct dx_used *used, const uint16_t rank[DX_BLOCK_DEXELS])
@@ -83,9 +107,7 @@ void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                         const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
     uint16_t rank[DX_BLOCK_DEXELS];
-    struct columns col;
     struct dx_used used;
-    float *xyz = mesh->xyz;
 
     mesh->row = tile->row;
     mesh->col = tile->col;
@@ -96,13 +118,9 @@ void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
     mesh->n_vertices = dx_used_rank(&used, rank);
     mesh->n_triangles = dx_tile_emit(tile, rank, g->flip, mesh->index);
 
-    find_columns(&col, tile, tiling, g);
-    for (uint32_t i = 0; i < DX_BLOCK; i++) {
-        const uint8_t *in_row = used.at + (size_t)i * DX_BLOCK;
-
-        if (memchr(in_row, 1, DX_BLOCK)) /* a row outside the grid has no vertex */
-            xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, &col,
-                             tile->range + (size_t)i * DX_BLOCK, in_row);
-    }
+    if (tile->exact)
+        exact_points(mesh->xyz, tile, &used);
+    else
+        geometry_points(mesh->xyz, tile, &used, tiling, g);
     rank_samples(mesh, tile, &used, rank);
 }

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define MAX_DEPARTURE 0.5 /* dexels; above, a frame has another geometry */
@@ -17,6 +18,8 @@ static void drop_represent(struct dx_array *a)
 {
     dx_represent_free(a->represent);
     a->represent = NULL;
+    free(a->kept);
+    a->kept = NULL;
 }
 
 void dx_array_fini(struct dx_array *a)
@@ -31,11 +34,13 @@ static bool thins(const struct dx_array *a)
     return a->thin.width != 0;
 }
 
-int dx_array_check(const struct dx_thin_options *thin, struct dx_err *err)
+int dx_array_check(const struct dx_thin_options *thin, bool exact, struct dx_err *err)
 {
     if ((unsigned)thin->keep >= DX_N_KEEP)
         return dx_err_set(err, -EINVAL, "keep %u, expected less than %d", (unsigned)thin->keep,
                           DX_N_KEEP);
+    if (exact && thin->keep == DX_KEEP_MEAN)
+        return dx_err_set(err, -EINVAL, "%s", DX_EXACT_NO_MEAN);
     if (thin->width == 0 && thin->height == 0)
         return 0;
     if (thin->width < 2 || thin->height < 2 ||
@@ -56,6 +61,19 @@ static int failed(int rc, const char *source, struct dx_err *err)
 
 /* ---- thinning ------------------------------------------------------------------------------- */
 
+static int make_represent(struct dx_array *a, struct dx_geometry *g)
+{
+    int rc = dx_represent_new(&a->represent, g, a->thin.keep, a->max_samples);
+
+    if (rc || !a->exact)
+        return rc;
+    a->kept = calloc((size_t)g->height * g->width, sizeof(*a->kept));
+    if (a->kept)
+        return 0;
+    drop_represent(a);
+    return -ENOMEM;
+}
+
 /* The points into the representatives of `g`. Only the median's memory depends on how many they
  * may be. */
 static int load(struct dx_array *a, struct dx_geometry *g, bool fresh,
@@ -68,7 +86,7 @@ static int load(struct dx_array *a, struct dx_geometry *g, bool fresh,
     if (fresh || !a->represent || samples.n > a->max_samples) {
         drop_represent(a);
         a->max_samples = a->thin.keep == DX_KEEP_MEDIAN ? (uint32_t)samples.n : UINT32_MAX;
-        rc = dx_represent_new(&a->represent, g, a->thin.keep, a->max_samples);
+        rc = make_represent(a, g);
         if (rc)
             return dx_err_set(err, rc, "thinning %ux%u points to %ux%u dexels: %s", points->width,
                               points->height, g->width, g->height,
@@ -126,6 +144,7 @@ static int make(struct dx_geometry **out, struct dx_fit_report *report, const st
     if (rc)
         return rc;
     memcpy(grid->pose, pose, sizeof(grid->pose));
+    grid->exact = a->exact;
     if (!thins(a)) {
         *out = grid;
         return 0;
@@ -173,8 +192,13 @@ int dx_array_settle(struct dx_array *a, const struct dx_points *points, const do
 
 void dx_array_fill(struct dx_array *a, struct dx_plane *plane, const struct dx_points *points)
 {
-    if (thins(a))
-        dx_represent_finish(a->represent, plane, NULL);
-    else
+    if (!thins(a)) {
         dx_fit_ranges(plane, a->geometry, points);
+        return;
+    }
+    dx_represent_finish(a->represent, plane, a->kept);
+    for (size_t k = 0; a->kept && k < dx_plane_n_dexels(plane); k++)
+        for (size_t m = 0; m < 3; m++)
+            plane->xyz[3 * k + m] =
+                a->kept[k] == UINT32_MAX ? 0 : (float)points->xyz[3 * (size_t)a->kept[k] + m];
 }

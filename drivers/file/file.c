@@ -55,7 +55,7 @@ static int check_config(const struct dx_file_config *c, struct dx_err *err)
         return dx_err_set(err, -EINVAL, "file: fps %g, expected 0 (default) to 1e6", c->fps);
     if (c->attr_bytes < -1 || c->attr_bytes > 2)
         return dx_err_set(err, -EINVAL, "file: attr_bytes %d, expected -1 to 2", c->attr_bytes);
-    rc = dx_array_check(&c->thin, err);
+    rc = dx_array_check(&c->thin, c->exact, err);
     if (rc)
         dx_err_prefix(err, "file");
     return rc;
@@ -94,6 +94,7 @@ static int file_open(struct dx_device **out, const void *config, struct dx_err *
     dev->config = *c;
     dev->array.fit = c->fit;
     dev->array.thin = c->thin;
+    dev->array.exact = c->exact;
     dev->config.fps = c->fps > 0 ? c->fps : DEFAULT_FPS;
     set_name(dev, c->path);
     rc = dx_pace_init(&dev->pace, c->rate);

@@ -18,6 +18,7 @@ struct dx_file_config {
     int attr_bytes; /* -1: as the data has it; 0 none; 1; 2 */
     struct dx_fit_options fit;
     struct dx_thin_options thin; /* an array of chosen size instead of the files' own grid */
+    bool exact;                  /* planes carry the points themselves; not with a mean of them */
 };
 
 extern const struct dx_driver dx_file_driver;

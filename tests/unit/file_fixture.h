@@ -135,7 +135,7 @@ static inline int kept_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_b
     k->attr_bytes = attr_bytes;
     k->n_geometries++;
     dx_plane_fini(&k->plane);
-    return dx_plane_init(&k->plane, g->height, g->width, g->range_bytes, attr_bytes);
+    return dx_plane_init_for(&k->plane, g, attr_bytes);
 }
 
 static inline struct dx_plane *kept_plane(void *ctx, uint64_t number)
