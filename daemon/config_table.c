@@ -109,7 +109,8 @@ const struct dx_config_key dx_config_keys[] = {
     {"streams[].mesh.normals", DX_CONFIG_BOOL, STREAM(mesh.normals), .preset = "no",
      .help = "Compute a normal for each vertex, for subscribers who ask for normals."},
     {"streams[].mesh.paper", DX_CONFIG_BOOL, STREAM(mesh.paper), .preset = "no",
-     .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap.\nOverrides the rest."},
+     .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap.\n"
+             "Overrides tilt, rescue, mixed, bridge and diag."},
     {"streams[].mesh.noise_gate", DX_CONFIG_NUMBER, STREAM(mesh.noise_k), .min = 0, .max = 100,
      .preset = "4",
      .help = "Range steps below so many sigmas count as noise and are joined."},

@@ -124,7 +124,7 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
     "  --normals             a normal for each vertex\n"                                           \
     "  --seam auto|on|off    does column 0 follow the last one (auto)\n"                           \
     "  --unit M              range unit, metres (finest that holds the range in 16 bits)\n"        \
-    "  --paper               length <= --cap and nothing else: overrides the rest\n"               \
+    "  --paper               length <= --cap and no other rule\n"                                  \
     "  --filter off|mean|median3  over the frames up to the one that is meshed (off)\n"            \
     "  --hold C              sigmas a dexel departs before it is taken over (0)\n"
 

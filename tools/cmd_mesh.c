@@ -207,6 +207,9 @@ static int run(const struct args *a)
     if (rc == 0 && a->split)
         rc = dx_mesh_split(&mesh) < 0 ? -ENOMEM : 0;
     seconds = dx_seconds_since(start);
+    if (rc == 0 && mesh.n_triangles == 0)
+        fprintf(stderr, "dexel mesh: %s: no triangle: no three neighbours are joined\n",
+                a->config.path);
     if (rc < 0)
         dx_err_set(&err, rc, "%s: the mesh: %s", a->config.path, strerror(-rc));
     else if (a->out)

@@ -2,6 +2,7 @@
 #include "tools/mesh_split.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -160,6 +161,50 @@ static int extend_vertices(struct dx_mesh *mesh, const struct fans *f, uint32_t 
     return whole ? 0 : -ENOMEM;
 }
 
+/* (p1 - p0) x (p2 - p0) of a triangle, added to what its split corners have. */
+static void add_normal(struct dx_mesh *mesh, const uint8_t *is_split, const uint32_t *corner)
+{
+    const float *p[3];
+    float u[3], v[3], n[3];
+
+    for (int k = 0; k < 3; k++)
+        p[k] = mesh->xyz + 3 * (size_t)corner[k];
+    for (int k = 0; k < 3; k++) {
+        u[k] = p[1][k] - p[0][k];
+        v[k] = p[2][k] - p[0][k];
+    }
+    n[0] = u[1] * v[2] - u[2] * v[1];
+    n[1] = u[2] * v[0] - u[0] * v[2];
+    n[2] = u[0] * v[1] - u[1] * v[0];
+    for (int m = 0; m < 3; m++)
+        for (int k = 0; is_split[corner[m]] && k < 3; k++)
+            mesh->normal[3 * (size_t)corner[m] + (size_t)k] += n[k];
+}
+
+/* What was one vertex had the normal of all its fans: each gets that of its own. */
+static int split_normals(struct dx_mesh *mesh, const struct fans *f, uint32_t n_added)
+{
+    uint8_t *is_split = calloc((size_t)mesh->n_vertices + 1, 1);
+
+    if (!is_split)
+        return -ENOMEM;
+    for (uint32_t k = 0; k < n_added; k++)
+        is_split[f->original[k]] = is_split[mesh->n_vertices - n_added + k] = 1;
+    for (size_t v = 0; v < mesh->n_vertices; v++)
+        if (is_split[v])
+            memset(mesh->normal + 3 * v, 0, 3 * sizeof(*mesh->normal));
+    for (size_t t = 0; t < mesh->n_triangles; t++)
+        add_normal(mesh, is_split, mesh->index + 3 * t);
+    for (size_t v = 0; v < mesh->n_vertices; v++) {
+        float *n = mesh->normal + 3 * v, length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+
+        for (int k = 0; is_split[v] && length > 0 && k < 3; k++)
+            n[k] /= length;
+    }
+    free(is_split);
+    return 0;
+}
+
 static int split(struct dx_mesh *mesh, struct fans *f, uint32_t *n_added)
 {
     int rc;
@@ -173,7 +218,7 @@ static int split(struct dx_mesh *mesh, struct fans *f, uint32_t *n_added)
     for (uint32_t c = 0; c < f->n_corners; c++)
         mesh->index[c] = f->vertex[root_of(f->parent, c)];
     mesh->n_vertices += *n_added;
-    return 0;
+    return mesh->normal && *n_added ? split_normals(mesh, f, *n_added) : 0;
 }
 
 int64_t dx_mesh_split(struct dx_mesh *mesh)

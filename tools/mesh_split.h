@@ -8,9 +8,9 @@
 
 #include "tools/mesh.h"
 
-/* New vertices follow the others and bear the id, attribute and normal of the one they were. The
- * mesh's edges are manifold (no directed edge occurs twice). Returns how many there are. Errors:
- * -EOVERFLOW, -ENOMEM; the mesh is then as it was. */
+/* New vertices follow the others and bear the id and attribute of the one they were; each fan gets
+ * a normal of its own triangles. The mesh's edges are manifold (no directed edge occurs twice).
+ * Returns how many there are. Errors: -EOVERFLOW, -ENOMEM; the mesh is valid then too. */
 int64_t dx_mesh_split(struct dx_mesh *mesh);
 
 #endif

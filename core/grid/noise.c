@@ -10,7 +10,7 @@
  * what lies far off the median is left out; s0 and s2 are fitted to the octaves.
  *
  * A camera that tells depth in few levels (disparities) has runs of equal samples, and medians of
- * 0. Its noise is the level's: a step over sqrt(12), whenever many neighbours are equal.
+ * 0. Where many neighbours are equal, its noise is at least a level's, and told by the tail.
  */
 #include "core/grid/terrain.h"
 

@@ -57,7 +57,7 @@ struct dx_terrain_params {
     uint8_t bridge; /* missing dexels in a row that a strut may span: 0, 1, 2 */
     bool caps;      /* close the hole at each pole of a full turn by a fan */
     bool normals;   /* compute a normal for each vertex */
-    bool paper;     /* the paper's own rule: length <= cap_m, nothing else; overrides the rest */
+    bool paper; /* the paper's own rule: length <= cap_m, nothing else; overrides the other rules */
     enum dx_diag diag;
 };
 
