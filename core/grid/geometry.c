@@ -157,22 +157,44 @@ static double det3(const double a[3], const double b[3], const double c[3])
            a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
 
+/* The orientation of a triangle by its directions' own determinant; 0 where the rounding of points
+ * to f32 could turn it over: a height of less than some steps of f32 over its longest side. */
+static int corner_sign(const double p[3], const double q[3], const double r[3])
+{
+    const double *v[3] = {p, q, r};
+    double longest2 = 0, far2 = 0, det = det3(p, q, r);
+
+    for (int m = 0; m < 3; m++) {
+        const double *x = v[m], *y = v[(m + 1) % 3];
+        double d2 = 0, l2 = 0;
+
+        for (int k = 0; k < 3; k++) {
+            d2 += (x[k] - y[k]) * (x[k] - y[k]);
+            l2 += x[k] * x[k];
+        }
+        longest2 = d2 > longest2 ? d2 : longest2;
+        far2 = l2 > far2 ? l2 : far2;
+    }
+    if (det * det <= 0x1p-42 * longest2 * far2 * far2)
+        return 0;
+    return det > 0 ? 1 : -1;
+}
+
 int dx_geometry_cell_sign(const struct dx_geometry *g, uint32_t row, uint32_t col)
 {
     uint32_t next = (col + 1) % g->width;
-    double a[3], b[3], c[3], d[3], abc, acd, abd, bcd;
+    double a[3], b[3], c[3], d[3];
+    int sign;
 
     beam(g, row, col, a);
     beam(g, row, next, b);
     beam(g, row + 1, next, c);
     beam(g, row + 1, col, d);
-    abc = det3(a, b, c);
-    acd = det3(a, c, d);
-    abd = det3(a, b, d);
-    bcd = det3(b, c, d);
-    if (abc > 0 && acd > 0 && abd > 0 && bcd > 0)
-        return 1;
-    return abc < 0 && acd < 0 && abd < 0 && bcd < 0 ? -1 : 0;
+    sign = corner_sign(a, b, c);
+    return corner_sign(a, c, d) == sign && corner_sign(a, b, d) == sign &&
+                   corner_sign(b, c, d) == sign
+               ? sign
+               : 0;
 }
 
 void dx_geometry_orient(struct dx_geometry *g)
