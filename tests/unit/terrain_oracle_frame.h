@@ -144,7 +144,7 @@ static inline double dot(const double x[3], const double y[3])
 static inline int64_t weight_of(double w)
 {
     w = rint(16777216 * w);
-    return w < 0 ? 0 : w > 33554432 ? 33554432 : (int64_t)w;
+    return w < 0 ? 0 : w > 16777216 ? 16777216 : (int64_t)w; /* a residual fits 62 bits */
 }
 
 /* The least squares of d0 by its neighbours on the line; 0, 0 where it has not both. */
