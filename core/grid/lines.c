@@ -61,9 +61,11 @@ static struct dx_line line_at(const struct dx_geometry *g, enum dx_edge e, uint3
 void dx_lines_fill(struct dx_line *line, const struct dx_geometry *g, enum dx_edge e,
                    bool per_dexel)
 {
+    if (g->width < 3) /* no line of three columns: all stay 0 */
+        return;
     for (uint32_t i = 0; i < g->height; i++) {
         if (!per_dexel)
-            line[i] = g->width >= 3 ? line_at(g, e, i, 1) : (struct dx_line){0, 0};
+            line[i] = line_at(g, e, i, 1);
         for (uint32_t j = 0; per_dexel && j < g->width; j++)
             line[(size_t)i * g->width + j] = line_at(g, e, i, j);
     }
