@@ -1,6 +1,8 @@
 /* Corners of triangles joined into fans over the edges that two triangles share. */
 #include "tools/mesh_split.h"
 
+#include "tools/union_find.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdbool.h>
@@ -23,25 +25,6 @@ struct fans {
 static uint32_t next_in_triangle(uint32_t c)
 {
     return c % 3 == 2 ? c - 2 : c + 1;
-}
-
-static uint32_t root_of(uint32_t *parent, uint32_t c)
-{
-    while (parent[c] != c) {
-        parent[c] = parent[parent[c]];
-        c = parent[c];
-    }
-    return c;
-}
-
-static void join(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = root_of(parent, a);
-    b = root_of(parent, b);
-    if (a < b)
-        parent[b] = a;
-    else
-        parent[a] = b;
 }
 
 static void fans_fini(struct fans *f)
@@ -98,8 +81,8 @@ static void join_fans(struct fans *f)
         back = find_edge(f, index[n], index[c]);
         if (back == NONE)
             continue;
-        join(f->parent, n, back);
-        join(f->parent, c, next_in_triangle(back));
+        dx_union_join(f->parent, n, back);
+        dx_union_join(f->parent, c, next_in_triangle(back));
     }
 }
 
@@ -111,7 +94,7 @@ static int number_fans(struct fans *f, uint32_t *n_added)
 
     for (uint32_t v = 0; v < n; v++)
         for (uint32_t k = f->first[v]; k < f->first[v + 1]; k++) {
-            uint32_t root = root_of(f->parent, f->corner[k]);
+            uint32_t root = dx_union_root(f->parent, f->corner[k]);
 
             if (f->vertex[root] != NONE)
                 continue;
@@ -216,7 +199,7 @@ static int split(struct dx_mesh *mesh, struct fans *f, uint32_t *n_added)
     if (rc < 0)
         return rc;
     for (uint32_t c = 0; c < f->n_corners; c++)
-        mesh->index[c] = f->vertex[root_of(f->parent, c)];
+        mesh->index[c] = f->vertex[dx_union_root(f->parent, c)];
     mesh->n_vertices += *n_added;
     return mesh->normal && *n_added ? split_normals(mesh, f, *n_added) : 0;
 }

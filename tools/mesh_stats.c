@@ -3,6 +3,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/hash.h"
+#include "tools/union_find.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -94,25 +95,6 @@ static int count_edges(struct dx_mesh_stats *s, const struct dx_mesh *mesh)
 
 #define UNUSED UINT32_MAX
 
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) {
-        parent[v] = parent[parent[v]];
-        v = parent[v];
-    }
-    return v;
-}
-
-static void join(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = root_of(parent, a);
-    b = root_of(parent, b);
-    if (a < b)
-        parent[b] = a;
-    else
-        parent[a] = b;
-}
-
 static int count_components(struct dx_mesh_stats *s, const struct dx_mesh *mesh)
 {
     uint32_t *parent = malloc(mesh->n_vertices * sizeof(*parent) + 1);
@@ -124,8 +106,8 @@ static int count_components(struct dx_mesh_stats *s, const struct dx_mesh *mesh)
     for (size_t k = 0; k < 3 * (size_t)mesh->n_triangles; k++)
         parent[mesh->index[k]] = mesh->index[k];
     for (size_t t = 0; t < mesh->n_triangles; t++) {
-        join(parent, mesh->index[3 * t], mesh->index[3 * t + 1]);
-        join(parent, mesh->index[3 * t], mesh->index[3 * t + 2]);
+        dx_union_join(parent, mesh->index[3 * t], mesh->index[3 * t + 1]);
+        dx_union_join(parent, mesh->index[3 * t], mesh->index[3 * t + 2]);
     }
     for (uint32_t v = 0; v < mesh->n_vertices; v++) {
         s->points += parent[v] != UNUSED;
