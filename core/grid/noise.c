@@ -24,19 +24,25 @@
 #define BINS            (64 * BINS_PER_OCTAVE)
 #define MIN_SAMPLES     256
 #define MAD_TO_SIGMA    1.4826
-#define OUTLIER_SIGMAS  5   /* farther off is an edge, not noise */
-#define FLOOR           0.5 /* ranges are rounded: no less noise than this, units */
-#define MANY_EQUAL      0.3
-#define LEVEL_OUTLIER   8                  /* sigmas of a level: farther off is an edge */
+#define OUTLIER_SIGMAS  5      /* farther off is an edge, not noise */
+#define FLOOR           0.5    /* ranges are rounded: no less noise than this, units */
+#define MANY_EQUAL      0.3    /* share of equal neighbours from which on depths come in levels */
+#define SOME_STEPS      0.01   /* share of neighbours that are levels apart, to tell from */
+#define LARGEST_LEVEL   0.0625 /* of a range: farther apart is an edge */
+#define LEVEL_OUTLIER   2.3    /* levels: farther off is an edge */
 #define NINE_TENTHS     1.6448536269514722 /* of normal noise are within so many sigmas */
-#define UNIFORM         3.4641016151377544 /* sqrt(12): a uniform error over its sigma */
+#define LEVELS_APART    0.5303300858899106 /* 3 / (4 sqrt(2)): the gate at 4 sigma is three levels */
 
 /* Samples of the noise's size in units, by octave of r: histograms with logarithmic bins. */
 struct histogram {
-    uint32_t n, n_equal; /* neighbours that are the same */
+    uint32_t n;
+    uint32_t n_equal, n_flat; /* of which the two in the middle are the same, all four are */
+    uint32_t n_step;          /* in step[] */
     double sum_r;
     uint32_t bin[BINS];
-    uint32_t step[BINS]; /* of neighbours that are not the same: their distance */
+    /* Of the two in the middle where they differ: their distance, at the octave's first range if it
+     * is one of disparities. */
+    uint32_t step[BINS];
 };
 
 /* Bin of v > 0: float bits are a logarithm; 2^-32 is bin 0. */
@@ -57,31 +63,35 @@ static double bin_value(uint32_t k)
 static void add_four(struct histogram *h, const double r[4], double f)
 {
     double d = fabs(1 / r[3] - 1 / r[0] - f * (1 / r[2] - 1 / r[1]));
+    double first = 1;
     int octave = 0;
 
     d *= r[1] * r[2] / sqrt(2 + 2 * f * f);
-    for (double v = r[1]; v >= 2 && octave < OCTAVES - 1; v /= 2)
+    for (; r[1] >= 2 * first && octave < OCTAVES - 1; first *= 2)
         octave++;
     h[octave].n++;
     h[octave].sum_r += r[1];
     h[octave].bin[bin_of(d)]++;
-    if (r[1] == r[2])
+    h[octave].n_flat += r[0] == r[1] && r[1] == r[2] && r[2] == r[3];
+    if (r[1] == r[2]) {
         h[octave].n_equal++;
-    else
-        h[octave].step[bin_of(fabs(r[1] - r[2]))]++;
+    } else if (fabs(r[1] - r[2]) < LARGEST_LEVEL * r[1]) {
+        h[octave].n_step++;
+        h[octave].step[bin_of(first * first * fabs(1 / r[1] - 1 / r[2]))]++;
+    }
 }
 
-/* What `share` of the samples in bins 0 to `last` are not above. */
-static double quantile(const uint32_t bin[BINS], uint32_t last, double share)
+/* What `share` of the samples in bins 0 to `last`, less the `n_left_out` lowest, are not above. */
+static double quantile(const uint32_t bin[BINS], uint32_t n_left_out, uint32_t last, double share)
 {
-    uint64_t n = 0, seen = 0;
+    double n = -(double)n_left_out, seen = n;
     uint32_t k = 0;
 
     for (uint32_t m = 0; m <= last; m++)
         n += bin[m];
     for (; k < last; k++) {
         seen += bin[k];
-        if ((double)seen >= share * (double)n)
+        if (seen >= share * n)
             break;
     }
     return bin_value(k);
@@ -91,11 +101,11 @@ static double quantile(const uint32_t bin[BINS], uint32_t last, double share)
  * the noise are left out, until there are no more of them. */
 static double spread(const struct histogram *h)
 {
-    double sigma = MAD_TO_SIGMA * quantile(h->bin, BINS - 1, 0.5);
+    double sigma = MAD_TO_SIGMA * quantile(h->bin, 0, BINS - 1, 0.5);
 
     for (int round = 0; round < 8; round++) {
         double least = sigma > FLOOR ? sigma : FLOOR;
-        double next = MAD_TO_SIGMA * quantile(h->bin, bin_of(OUTLIER_SIGMAS * least), 0.5);
+        double next = MAD_TO_SIGMA * quantile(h->bin, 0, bin_of(OUTLIER_SIGMAS * least), 0.5);
 
         if (next >= sigma)
             break;
@@ -104,17 +114,24 @@ static double spread(const struct histogram *h)
     return sigma;
 }
 
-/* Sigma of depths that come in levels; 0 where they do not. Most steps are of one level, those of
- * slopes and edges of more. A level's own error is uniform, but which one is told is noisy too, and
- * shows only where levels change: in the tail, while the median is 0. */
-static double level_noise(const struct histogram *h)
+/*
+ * Sigma of depths that come in levels; 0 where they do not. Inside a level all samples agree, so
+ * the noise shows only where levels change. Its own tail is heavier than a normal one's there:
+ * neighbours on one surface are up to three levels apart, one by rounding and one for each of the
+ * two, because which level is told is noisy too, in blots. So the gate lets three levels pass. A
+ * level is the upper quartile of the steps: images registered to another camera blur levels into
+ * steps of a few units. Slopes make larger steps, but leave no tail.
+ */
+static double level_noise(const struct histogram *h, int octave)
 {
-    double level = quantile(h->step, BINS - 1, 0.5) / UNIFORM, tail;
+    double scale = h->sum_r / h->n / (double)(1u << octave), step, level, tail;
 
-    if (!(h->n_equal > MANY_EQUAL * h->n))
+    if (!(h->n_equal > MANY_EQUAL * h->n) || !(h->n_step > SOME_STEPS * h->n))
         return 0;
-    tail = quantile(h->bin, bin_of(LEVEL_OUTLIER * level), 0.9) / NINE_TENTHS;
-    return tail > level ? tail : level;
+    step = quantile(h->step, 0, BINS - 1, 0.75) * scale * scale;
+    tail = quantile(h->bin, h->n_flat, bin_of(LEVEL_OUTLIER * step), 0.9) / NINE_TENTHS;
+    level = LEVELS_APART * step;
+    return level < tail ? tail : level < 2 * tail ? level : 2 * tail;
 }
 
 /* Least squares of s0 + s2 r^2 over the octaves, weighted by samples; neither may be negative.
@@ -131,7 +148,7 @@ static bool fit(double *s0, double *s2, const struct histogram *h)
         r = h[k].sum_r / n;
         x = r * r;
         y = spread(&h[k]);
-        level = level_noise(&h[k]);
+        level = level_noise(&h[k], k);
         y = y > level ? y : level;
         n /= y * y + FLOOR * FLOOR; /* relative errors, above the floor */
         w += n, wx += n * x, wxx += n * x * x, wy += n * y, wxy += n * x * y;

@@ -60,6 +60,31 @@ static void levels_are_noise(void **state)
     dx_geometry_unref(g);
 }
 
+/* Ranges in whole millimetres, without noise: most steps are those of slopes, and the box stands
+ * out by half a metre, but the noise is the rounding's. */
+static void slopes_and_edges_are_no_levels(void **state)
+{
+    static const enum dx_scene scenes[] = {DX_SCENE_MOVING_BOX, DX_SCENE_CREASE, DX_SCENE_HALL};
+
+    (void)state;
+    for (size_t m = 0; m < sizeof(scenes) / sizeof(scenes[0]); m++) {
+        struct dx_scene_config c;
+        struct dx_geometry *g;
+        struct dx_plane p;
+        double sigma[3];
+
+        dx_scene_config_default(&c, scenes[m]);
+        c.unit_m = 1e-4;
+        g = scene_frame(&c, &p);
+        for (size_t k = 0; k < dx_plane_n_dexels(&p); k++)
+            dx_plane_set_range(&p, k, (dx_plane_range(&p, k) + 5) / 10 * 10);
+        assert_true(dx_noise_estimate(sigma, &p, g));
+        assert_true(sigma[0] + 9 * sigma[2] < 0.7e-3);
+        dx_plane_fini(&p);
+        dx_geometry_unref(g);
+    }
+}
+
 /* A first frame of a few returns cannot tell the noise: the first that can does, once, for the
  * whole array. */
 static void noise_waits_for_a_frame_that_tells(void **state)
@@ -116,6 +141,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_is_estimated_within_a_fifth),
         cmocka_unit_test(levels_are_noise),
+        cmocka_unit_test(slopes_and_edges_are_no_levels),
         cmocka_unit_test(noise_waits_for_a_frame_that_tells),
         cmocka_unit_test(bad_parameters_are_named),
     };
