@@ -11,7 +11,7 @@
 
 #include "core/grid/gates.h"
 
-#define DX_MARGIN      5 /* the most that any rule reads beyond the tile (gates.h: margin) */
+#define DX_MARGIN      6 /* the most that any rule reads beyond the tile (gates.h: margin) */
 #define DX_AREA        (DX_TILE_CELLS + 1 + 2 * DX_MARGIN)
 #define DX_AREA_N      80 /* columns computed in each row, whatever the tile has: whole vectors */
 #define DX_AREA_STRIDE 88 /* and room for their neighbours: missing */

@@ -15,7 +15,7 @@
 
 /* Dexels beyond a tile's own that the rules read: two for a rescue and the mixed pixels that follow
  * from it, one more for struts over one dexel, two more over two. */
-#define MARGIN_RESCUE 2
+#define MARGIN_RESCUE 3
 #define MARGIN_STRUT  1
 
 static uint32_t constant(double c)

@@ -32,25 +32,38 @@ static enum fit fit_of(const struct dx_area *a, const struct dx_gates *gates, st
     return off2 <= FIT_SURE * variance ? FIT_SURE : FIT_FAIR;
 }
 
+static enum fit fit_at(const struct dx_area *a, const struct dx_gates *gates,
+                       const struct dx_geometry *g, enum dx_edge e, uint32_t p, uint32_t q)
+{
+    if (p < a->first || p >= a->end || q >= DX_AREA || !a->q[p][q])
+        return FIT_NONE;
+    return fit_of(a, gates,
+                  dx_gates_line(gates, g->width, e, dx_area_row(a, p), dx_area_col(a, q, g->width)),
+                  dx_line_step(e), p, q);
+}
+
 static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
                     const struct dx_geometry *g, enum dx_edge e, uint32_t p, uint32_t q)
 {
     const struct dx_step s = dx_line_step(e);
     const uint32_t cell = e == DX_EDGE_BD ? q - 1 : q; /* of the edge's constants */
     const uint32_t p1 = p + s.row, q1 = q + s.col;
-    uint32_t row = dx_area_row(a, p), col, col1;
     enum fit here, there;
 
     if (!a->q[p][q] || !a->q[p1][q1])
         return false;
-    col = dx_area_col(a, q, g->width);
-    col1 = dx_area_col(a, q1, g->width);
-    if (!dx_gates_pass(gates, a->range[p][q], a->range[p1][q1],
-                       dx_gates_steep(gates, g, e, row, dx_area_col(a, cell, g->width))))
+    if (!dx_gates_pass(
+            gates, a->range[p][q], a->range[p1][q1],
+            dx_gates_steep(gates, g, e, dx_area_row(a, p), dx_area_col(a, cell, g->width))))
         return false;
-    here = fit_of(a, gates, dx_gates_line(gates, g->width, e, row, col), s, p, q);
-    there = fit_of(a, gates, dx_gates_line(gates, g->width, e, row + s.row, col1), s, p1, q1);
-    return here == FIT_SURE || there == FIT_SURE || (here && there);
+    /* One fit alone proves nothing: a mixed sample half-way between two surfaces has it too. */
+    here = fit_at(a, gates, g, e, p, q);
+    there = fit_at(a, gates, g, e, p1, q1);
+    if (here && there)
+        return true;
+    if (here == FIT_SURE)
+        return fit_at(a, gates, g, e, p - s.row, q - s.col);
+    return there == FIT_SURE && fit_at(a, gates, g, e, p1 + s.row, q1 + s.col);
 }
 
 void dx_rescue_row(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g,

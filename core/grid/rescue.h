@@ -1,7 +1,7 @@
 /*
  * The second-order rule: in inverse range a plane is linear, however steep the beam meets it. A
- * pair that the first-order rule cuts is joined after all when both of its samples continue the
- * line of the other two on their side, within the noise.
+ * pair that the first-order rule cuts is joined after all when two samples in a row, of which at
+ * least one is its own, lie on the lines of their neighbours, within the noise.
  */
 #ifndef DX_RESCUE_H
 #define DX_RESCUE_H

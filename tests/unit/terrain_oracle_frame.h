@@ -264,14 +264,22 @@ static inline bool fits(const struct oracle *o, enum line e, int64_t i, int64_t 
     return d8 * d8 <= k2 * (e0 * e0 + em * em + ep * ep);
 }
 
-/* The second-order rule: both ends fit, or one does so surely. */
+/* The second-order rule: two that follow each other fit, and an end of the pair is one of them; it
+ * alone of the pair must do so surely. */
 static inline bool is_rescued(const struct oracle *o, enum line e, int64_t i, int64_t j)
 {
-    const int64_t i2 = i + line_step[e][0], j2 = j + line_step[e][1], x1 = dexel(o, i, j);
+    const int64_t di = line_step[e][0], dj = line_step[e][1], x1 = dexel(o, i, j);
+    const int64_t x2 = dexel(o, i + di, j + dj);
+    bool before, first, second, after;
 
-    return within_gate(o, x1, dexel(o, i2, j2), o->gate89[e][x1]) &&
-           ((fits(o, e, i, j, 9) && fits(o, e, i2, j2, 9)) || fits(o, e, i, j, 1) ||
-            fits(o, e, i2, j2, 1));
+    if (!within_gate(o, x1, x2, o->gate89[e][x1]))
+        return false;
+    before = fits(o, e, i - di, j - dj, 9);
+    first = fits(o, e, i, j, 9);
+    second = fits(o, e, i + di, j + dj, 9);
+    after = fits(o, e, i + 2 * di, j + 2 * dj, 9);
+    return (first && second) || (before && fits(o, e, i, j, 1)) ||
+           (after && fits(o, e, i + di, j + dj, 1));
 }
 
 static inline bool decide_joined(const struct oracle *o, enum line e, int64_t i, int64_t j)
