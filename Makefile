@@ -37,8 +37,11 @@ PKG_LIBS = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -llzf -lm
 ALL_CFLAGS = $(BASE_CFLAGS) $(CPPFLAGS) $(PKG_CFLAGS) $(CFLAGS) $(SAN)
 ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 
+# Loops of their own file for an instruction set (core/rows/rows.h).
+NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c)
+
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
-CORE_SRC := $(wildcard core/base/*.c core/grid/*.c core/wire/*.c)
+CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
 DRIVERS_SRC := $(wildcard drivers/*.c drivers/file/*.c drivers/synth/*.c)
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
@@ -77,6 +80,7 @@ deps:
 	@sh tests/deps.sh
 
 # ---- objects and libraries ------------------------------------------------------------------------
+$(B)/obj/core/rows/rows_avx2.o: override CFLAGS += -mavx2
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#define N DX_AREA_N
-
 /* Elements [col0, col0 + DX_AREA) of a row of the grid; columns go around where it wraps and are
  * zero beyond its ends where it does not. */
 static void gather_row(uint8_t *out, const uint8_t *row, size_t size, int64_t col0, bool wrap,
@@ -36,42 +34,44 @@ static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
 
 static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool wrap)
 {
-    for (uint32_t p = a->first; p < a->end; p++) {
-        const uint8_t *row = (const uint8_t *)plane->range;
+    const size_t size = plane->range_bytes;
 
-        if (!in_grid(a, p, plane->height)) {
-            memset(a->range[p], 0, sizeof(a->range[p]));
-            memset(a->range16[p], 0, sizeof(a->range16[p]));
-            continue;
-        }
-        row += (size_t)dx_area_row(a, p) * plane->width * plane->range_bytes;
-        if (plane->range_bytes == 4) {
-            gather_row((uint8_t *)a->range[p], row, 4, a->col0, wrap, plane->width);
-            continue;
-        }
-        gather_row((uint8_t *)a->range16[p], row, 2, a->col0, wrap, plane->width);
-        for (uint32_t q = 0; q < DX_AREA; q++)
+    for (uint32_t p = a->first; p < a->end; p++) {
+        uint8_t *out = size == 4 ? (uint8_t *)a->range[p] : (uint8_t *)a->range16[p];
+        const uint8_t *row = plane->range;
+
+        if (in_grid(a, p, plane->height))
+            gather_row(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, a->col0,
+                       wrap, plane->width);
+        else
+            memset(out, 0, DX_AREA * size);
+        for (uint32_t q = 0; a->wide && size == 2 && q < DX_AREA; q++)
             a->range[p][q] = a->range16[p][q];
     }
 }
 
-static inline uint16_t mul_high(uint16_t x, uint16_t y)
+static void prepare_narrow(struct dx_area *a, const struct dx_gates *gates)
 {
-    return (uint16_t)((uint32_t)x * y >> 16);
+    const struct dx_rows *rows = gates->rows;
+
+    for (uint32_t p = a->first; p < a->end; p++) {
+        rows->valid(a->valid[p], a->range16[p]);
+        rows->noise(a->noise[p], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
+        if (gates->diag == DX_DIAG_BEND)
+            rows->inverse(a->inverse[p], a->range16[p]);
+    }
 }
 
-/* For rows of 16-bit arithmetic: inlined, a constant is seen as part of a wider number, and
- * products with it become 32-bit ones at four times the instructions. Each product its own loop,
- * for the same reason. */
-static __attribute__((noinline)) void noise_row(uint16_t *restrict out, const uint16_t *range,
-                                                uint16_t t0, uint16_t n2)
+static void prepare_wide(struct dx_area *a, const struct dx_gates *gates)
 {
-    uint16_t square[N];
+    const bool invert = gates->rescue || gates->diag == DX_DIAG_BEND;
 
-    for (uint32_t q = 0; q < N; q++)
-        square[q] = mul_high(range[q], range[q]);
-    for (uint32_t q = 0; q < N; q++)
-        out[q] = (uint16_t)(t0 + mul_high(square[q], n2));
+    for (uint32_t p = a->first; p < a->end; p++)
+        for (uint32_t q = 0; q < DX_AREA; q++) {
+            a->valid[p][q] = a->range[p][q] != 0;
+            if (invert)
+                a->q[p][q] = dx_area_invert(a->range[p][q]);
+        }
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
@@ -84,7 +84,7 @@ static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
             gather_row((uint8_t *)a->c[e][p],
                        (const uint8_t *)(gates->c[e] + (size_t)dx_area_row(a, p) * g->width), 4,
                        a->col0, g->wrap, g->width);
-            for (uint32_t q = 0; !gates->wide && q < N; q++)
+            for (uint32_t q = 0; !gates->wide && q < DX_AREA; q++)
                 a->c16[e][p][q] = (uint16_t)a->c[e][p][q];
         }
 }
@@ -95,27 +95,13 @@ static void gather_directions(struct dx_area *a, const struct dx_geometry *g)
         for (uint32_t q = 0; q < DX_AREA; q++) {
             double d[3], z = 1;
 
-            if (a->range[p][q] == 0)
+            if (!a->valid[p][q])
                 continue;
             dx_geometry_direction(g, dx_area_row(a, p), dx_area_col(a, q, g->width), d);
             if (g->model == DX_MODEL_PINHOLE)
                 z = d[2]; /* its ranges are depths: scale the unit vector to depth 1 */
             for (int k = 0; k < 3; k++)
                 a->direction[p][q][k] = (int32_t)rint(d[k] / z * 0x1p24);
-        }
-}
-
-/* floor(2^40 / range); 0 for what is missing or too near for the fixed point. The quotient of
- * doubles is off by less than 2^-52 of it, and no closer to the next integer than 1 / range: it
- * truncates to the same, at a third of the time of an integer division. */
-static void invert_ranges(struct dx_area *a)
-{
-    for (uint32_t p = a->first; p < a->end; p++)
-        for (uint32_t q = 0; q < DX_AREA; q++) {
-            uint32_t range = a->range[p][q];
-            int64_t inverse = (int64_t)(0x1p40 / (double)(range < 16 ? 16 : range));
-
-            a->q[p][q] = range < 16 ? 0 : (uint64_t)inverse;
         }
 }
 
@@ -131,21 +117,22 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
     a->n_cols = tiling->cell_cols - col < DX_TILE_CELLS ? tiling->cell_cols - col : DX_TILE_CELLS;
     a->first = DX_MARGIN - gates->margin;
     a->end = DX_MARGIN + a->n_rows + 1 + gates->margin;
+    a->wide = gates->wide;
     gather_ranges(a, plane, g->wrap);
-    for (uint32_t p = a->first; !gates->wide && p < a->end; p++)
-        noise_row(a->noise[p], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
+    if (gates->wide)
+        prepare_wide(a, gates);
+    else
+        prepare_narrow(a, gates);
     if (gates->per_dexel)
         gather_constants(a, gates, g);
     if (gates->cap)
         gather_directions(a, g);
-    if (gates->rescue || gates->diag == DX_DIAG_BEND)
-        invert_ranges(a);
 }
 
 bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,
                         uint32_t q0, uint32_t p1, uint32_t q1)
 {
-    int64_t r0 = a->range[p0][q0], r1 = a->range[p1][q1];
+    int64_t r0 = dx_area_range(a, p0, q0), r1 = dx_area_range(a, p1, q1);
     unsigned __int128 length2 = 0;
 
     if (!gates->cap)

@@ -10,26 +10,31 @@
 #define DX_AREA_H
 
 #include "core/grid/gates.h"
+#include "core/rows/rows.h"
 
 #define DX_MARGIN      6 /* the most that any rule reads beyond the tile (gates.h: margin) */
 #define DX_AREA        (DX_TILE_CELLS + 1 + 2 * DX_MARGIN)
-#define DX_AREA_N      80 /* columns computed in each row, whatever the tile has: whole vectors */
-#define DX_AREA_STRIDE 88 /* and room for their neighbours: missing */
+#define DX_AREA_STRIDE (DX_ROWS_N + 8) /* and room for neighbours: missing */
 
 struct dx_area {
     int64_t row0, col0;      /* of the grid; negative in the first tiles */
     uint32_t n_rows, n_cols; /* the tile's cells */
     uint32_t first, end;     /* area rows that the rules in force read */
+    bool wide;               /* as the gates: which of the two kinds of ranges is filled */
 
+    /* narrow: 16-bit ranges, and the noise term of their gates */
+    uint16_t range16[DX_AREA][DX_AREA_STRIDE], noise[DX_AREA][DX_AREA_STRIDE];
+    float inverse[DX_AREA][DX_AREA_STRIDE];            /* near 2^40 / range, for bends */
+    uint16_t c16[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
+
+    /* wide: 32-bit ranges, and their inverse (dx_area_inverse) */
     uint32_t range[DX_AREA][DX_AREA_STRIDE];
-    uint16_t range16[DX_AREA][DX_AREA_STRIDE];         /* narrow only */
-    uint16_t noise[DX_AREA][DX_AREA_STRIDE];           /* narrow only: t0 + quadratic term */
-    uint32_t c[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE];   /* uneven grids only */
-    uint16_t c16[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* the same, narrow only */
-    int32_t direction[DX_AREA][DX_AREA_STRIDE][3];     /* capped only: unit vectors * 2^24 */
-    uint64_t q[DX_AREA]
-              [DX_AREA_STRIDE]; /* inverse range, 2^40 / range; 0: none. For rescue, bend */
+    uint64_t q[DX_AREA][DX_AREA_STRIDE];
+    uint32_t c[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
 
+    int32_t direction[DX_AREA][DX_AREA_STRIDE][3]; /* capped only: unit vectors * 2^24 */
+
+    uint8_t valid[DX_AREA][DX_AREA_STRIDE];
     uint8_t joined[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* edges.h */
     uint8_t alive[DX_AREA][DX_AREA_STRIDE];              /* mixed.h: valid and no mixed pixel */
 };
@@ -38,6 +43,24 @@ struct dx_area {
 void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struct dx_tiling *tiling,
                     const struct dx_geometry *g, const struct dx_gates *gates, uint32_t tile_row,
                     uint32_t tile_col);
+
+static inline uint32_t dx_area_range(const struct dx_area *a, uint32_t p, uint32_t q)
+{
+    return a->wide ? a->range[p][q] : a->range16[p][q];
+}
+
+/* floor(2^40 / range); 0 for what is missing or too near for the fixed point. The quotient of
+ * doubles is off by less than 2^-52 of it, and no closer to the next integer than 1 / range: it
+ * truncates to the same, at a third of the time of an integer division. */
+static inline uint64_t dx_area_invert(uint32_t range)
+{
+    return range < 16 ? 0 : (uint64_t)(int64_t)(0x1p40 / (double)range);
+}
+
+static inline uint64_t dx_area_inverse(const struct dx_area *a, uint32_t p, uint32_t q)
+{
+    return a->wide ? a->q[p][q] : dx_area_invert(a->range16[p][q]);
+}
 
 /* Grid row and column of an area dexel that lies inside the grid. */
 static inline uint32_t dx_area_row(const struct dx_area *a, uint32_t p)
@@ -54,15 +77,25 @@ static inline uint32_t dx_area_col(const struct dx_area *a, uint32_t q, uint32_t
 bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,
                         uint32_t q0, uint32_t p1, uint32_t q1);
 
+/* The dexels that an edge of cell (p, q) joins: (p + p0, q + q0) and (p + p1, q + q1). */
+struct dx_ends {
+    uint8_t p0, q0, p1, q1;
+};
+
+static inline struct dx_ends dx_edge_ends(enum dx_edge e)
+{
+    static const struct dx_ends ends[DX_N_EDGES] = {
+        {0, 0, 0, 1}, {0, 0, 1, 0}, {0, 0, 1, 1}, {0, 1, 1, 0}};
+
+    return ends[e];
+}
+
 /* A final edge: joined, and neither end a mixed pixel. (p,q) names the cell. */
 static inline bool dx_area_edge(const struct dx_area *a, enum dx_edge e, uint32_t p, uint32_t q)
 {
-    static const uint8_t end[DX_N_EDGES][2][2] = {
-        {{0, 0}, {0, 1}}, {{0, 0}, {1, 0}}, {{0, 0}, {1, 1}}, {{0, 1}, {1, 0}}};
-    const uint8_t(*x)[2] = end[e];
+    const struct dx_ends end = dx_edge_ends(e);
 
-    return a->joined[e][p][q] & a->alive[p + x[0][0]][q + x[0][1]] &
-           a->alive[p + x[1][0]][q + x[1][1]];
+    return a->joined[e][p][q] & a->alive[p + end.p0][q + end.q0] & a->alive[p + end.p1][q + end.q1];
 }
 
 #endif

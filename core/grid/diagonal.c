@@ -1,8 +1,9 @@
-/* The choice of diagonals, a row of cells at a time. */
+/* The choice of diagonals: rows of cells by the loops of core/rows, single ones in integers. */
 #include "core/grid/diagonal.h"
 
 #include "core/grid/rescue.h"
 
+#include <math.h>
 #include <string.h>
 
 /* b-d must bend less by 4 sigma; both bends are halved here. The same bias on a difference of two
@@ -10,64 +11,11 @@
 #define BIAS_SHIFT  17   /* of the noise: from 1/256 to 2^-24, times two */
 #define BIAS_RANGES 1448 /* 256 * 4 sqrt2 */
 
+/* ---- one cell, in integers ------------------------------------------------------------------ */
+
 static uint32_t difference(uint32_t x, uint32_t y)
 {
     return x < y ? y - x : x - y;
-}
-
-static void prefer_short(uint8_t *restrict out, const struct dx_area *a, uint32_t p)
-{
-    const uint32_t *top = a->range[p], *bottom = a->range[p + 1];
-
-    for (uint32_t q = DX_MARGIN; q < DX_MARGIN + DX_TILE_CELLS; q++)
-        out[q] = difference(top[q + 1], bottom[q]) < difference(top[q], bottom[q + 1]);
-}
-
-/* Residuals of the two diagonal lines through dexel q of area row p. */
-static inline void residual_at(struct dx_residuals *r, const struct dx_area *a, uint32_t p,
-                               uint32_t q, struct dx_line ac, struct dx_line bd)
-{
-    const uint64_t *above = a->q[p - 1], *here = a->q[p], *below = a->q[p + 1];
-
-    r->ac[q] = dx_line_residual(above[q - 1], here[q], below[q + 1], ac);
-    r->bd[q] = dx_line_residual(above[q + 1], here[q], below[q - 1], bd);
-    r->has_ac[q] =
-        ((ac.minus | ac.plus) != 0) & (above[q - 1] != 0) & (here[q] != 0) & (below[q + 1] != 0);
-    r->has_bd[q] =
-        ((bd.minus | bd.plus) != 0) & (above[q + 1] != 0) & (here[q] != 0) & (below[q - 1] != 0);
-}
-
-static void residual_row(struct dx_residuals *r, const struct dx_area *a,
-                         const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
-{
-    const uint32_t first = DX_MARGIN, end = DX_MARGIN + a->n_cols + 1;
-    const int64_t row = a->row0 + p;
-
-    if (row < 1 || row + 1 >= g->height) {
-        memset(r, 0, sizeof(*r));
-    } else if (gates->per_dexel) {
-        for (uint32_t q = first; q < end; q++) {
-            size_t at = (size_t)row * g->width + dx_area_col(a, q, g->width);
-
-            residual_at(r, a, p, q, gates->line[DX_EDGE_AC][at], gates->line[DX_EDGE_BD][at]);
-        }
-    } else {
-        const struct dx_line ac = gates->line[DX_EDGE_AC][row], bd = gates->line[DX_EDGE_BD][row];
-
-        for (uint32_t q = first; q < end; q++)
-            residual_at(r, a, p, q, ac, bd);
-    }
-}
-
-/* Without samples beyond the corners: the ranges of the corners, with the same bias. */
-static bool prefer_corners(const uint32_t *top, const uint32_t *bottom,
-                           const struct dx_sigma *sigma)
-{
-    uint32_t upper = top[0] < top[1] ? top[0] : top[1];
-    uint32_t lower = bottom[0] < bottom[1] ? bottom[0] : bottom[1];
-    uint64_t bias = (uint64_t)dx_sigma_at(sigma, upper < lower ? upper : lower) * BIAS_RANGES >> 16;
-
-    return difference(top[0], bottom[1]) > difference(top[1], bottom[0]) + bias;
 }
 
 static uint64_t magnitude(int64_t x)
@@ -75,12 +23,28 @@ static uint64_t magnitude(int64_t x)
     return (uint64_t)(x < 0 ? -x : x);
 }
 
+/* Adds the residual of dexel (p,q) on its line of direction e; false: it has none. */
+static bool add_residual(int64_t *sum, const struct dx_area *a, const struct dx_gates *gates,
+                         const struct dx_geometry *g, enum dx_edge e, uint32_t p, uint32_t q)
+{
+    const struct dx_step s = dx_line_step(e);
+    const uint64_t before = dx_area_inverse(a, p - s.row, q - s.col);
+    const uint64_t here = dx_area_inverse(a, p, q);
+    const uint64_t after = dx_area_inverse(a, p + s.row, q + s.col);
+    struct dx_line line;
+
+    if (!before || !here || !after)
+        return false;
+    line = dx_gates_line(gates, g->width, e, dx_area_row(a, p), dx_area_col(a, q, g->width));
+    *sum += dx_line_residual(before, here, after, line);
+    return (line.minus | line.plus) != 0;
+}
+
 /*
  * Whether `ac` is greater than `bd` by more than noise << BIAS_SHIFT, noise = floor(product /
- * range): with a multiplication for the division, and no branch, since on flat surfaces either
- * answer is as likely.
+ * range), without the division: greater than a floor by an integer is at least one more than it.
  */
-static inline bool bends_more(int64_t ac, int64_t bd, uint64_t product, uint32_t range)
+static bool bends_more(int64_t ac, int64_t bd, uint64_t product, uint32_t range)
 {
     int64_t more = (int64_t)(magnitude(ac) - magnitude(bd));
     uint64_t steps = ((uint64_t)(more - 1) >> BIAS_SHIFT) + 1;
@@ -88,48 +52,133 @@ static inline bool bends_more(int64_t ac, int64_t bd, uint64_t product, uint32_t
     return (more > 0) & ((unsigned __int128)steps * range > product);
 }
 
-static void prefer_bend(uint8_t *out, const struct dx_diagonal *d, const struct dx_area *a,
-                        const struct dx_gates *gates, uint32_t p)
+/* Without samples beyond the corners: the ranges of the corners, with the same bias. */
+static bool prefer_corners(const struct dx_area *a, const struct dx_gates *gates, uint32_t p,
+                           uint32_t q)
 {
-    const struct dx_residuals *top = &d->line[p & 1], *bottom = &d->line[~p & 1];
-    const uint8_t(*ac)[DX_AREA_STRIDE] = a->joined[DX_EDGE_AC] + p;
-    const uint8_t(*bd)[DX_AREA_STRIDE] = a->joined[DX_EDGE_BD] + p;
+    const uint32_t top[2] = {dx_area_range(a, p, q), dx_area_range(a, p, q + 1)};
+    const uint32_t bottom[2] = {dx_area_range(a, p + 1, q), dx_area_range(a, p + 1, q + 1)};
+    uint32_t upper = top[0] < top[1] ? top[0] : top[1];
+    uint32_t lower = bottom[0] < bottom[1] ? bottom[0] : bottom[1];
+    uint64_t sigma = dx_sigma_at(&gates->sigma, upper < lower ? upper : lower);
 
-    for (uint32_t q = DX_MARGIN; q < DX_MARGIN + a->n_cols; q++) {
-        uint8_t outer = ac[-1][q - 1] & ac[1][q + 1] & bd[-1][q + 1] & bd[1][q - 1];
-        uint8_t has =
-            top->has_ac[q] & bottom->has_ac[q + 1] & top->has_bd[q + 1] & bottom->has_bd[q] & outer;
+    return difference(top[0], bottom[1]) >
+           difference(top[1], bottom[0]) + (sigma * BIAS_RANGES >> 16);
+}
 
-        if (has)
-            out[q] =
-                bends_more(top->ac[q] + bottom->ac[q + 1], top->bd[q + 1] + bottom->bd[q],
-                           dx_sigma_at(&gates->sigma, a->range[p][q]) * a->q[p][q], a->range[p][q]);
-        else
-            out[q] = prefer_corners(a->range[p] + q, a->range[p + 1] + q, &gates->sigma);
+static uint8_t has_outer(const struct dx_area *a, uint32_t p, uint32_t q)
+{
+    return a->joined[DX_EDGE_AC][p - 1][q - 1] & a->joined[DX_EDGE_AC][p + 1][q + 1] &
+           a->joined[DX_EDGE_BD][p - 1][q + 1] & a->joined[DX_EDGE_BD][p + 1][q - 1];
+}
+
+/* Rows that diagonal lines go through: not the grid's first and last. */
+static bool has_lines(const struct dx_area *a, const struct dx_geometry *g, uint32_t p)
+{
+    return a->row0 + p >= 1 && a->row0 + p + 1 < g->height;
+}
+
+bool dx_diagonal_decide(const struct dx_area *a, const struct dx_gates *gates,
+                        const struct dx_geometry *g, uint32_t p, uint32_t q)
+{
+    const uint32_t range = dx_area_range(a, p, q);
+    int64_t ac = 0, bd = 0;
+
+    if (gates->diag == DX_DIAG_FIXED)
+        return false;
+    if (gates->diag == DX_DIAG_SHORT)
+        return difference(dx_area_range(a, p, q + 1), dx_area_range(a, p + 1, q)) <
+               difference(range, dx_area_range(a, p + 1, q + 1));
+    if (has_outer(a, p, q) && has_lines(a, g, p) && has_lines(a, g, p + 1) &&
+        add_residual(&ac, a, gates, g, DX_EDGE_AC, p, q) &&
+        add_residual(&ac, a, gates, g, DX_EDGE_AC, p + 1, q + 1) &&
+        add_residual(&bd, a, gates, g, DX_EDGE_BD, p, q + 1) &&
+        add_residual(&bd, a, gates, g, DX_EDGE_BD, p + 1, q))
+        return bends_more(ac, bd, dx_sigma_at(&gates->sigma, range) * dx_area_inverse(a, p, q),
+                          range);
+    return prefer_corners(a, gates, p, q);
+}
+
+/* ---- rows ----------------------------------------------------------------------------------- */
+
+static float weight(uint32_t w)
+{
+    return (float)w * 0x1p-24f; /* exact */
+}
+
+/* Where a dexel has no line, no number, and so no decision. */
+static struct dx_row_weights weights_of(struct dx_line ac, struct dx_line bd)
+{
+    struct dx_row_weights w = {{weight(ac.minus), weight(ac.plus)},
+                               {weight(bd.minus), weight(bd.plus)}};
+
+    if (!(ac.minus | ac.plus))
+        w.ac[0] = NAN;
+    if (!(bd.minus | bd.plus))
+        w.bd[0] = NAN;
+    return w;
+}
+
+static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
+                         const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+{
+    const float *const inverse[3] = {a->inverse[p - 1] + DX_MARGIN - 1,
+                                     a->inverse[p] + DX_MARGIN - 1,
+                                     a->inverse[p + 1] + DX_MARGIN - 1};
+    struct dx_row_residuals *out = &d->line[p & 1];
+    const uint32_t row = dx_area_row(a, p);
+
+    if (!has_lines(a, g, p))
+        return;
+    if (gates->per_dexel) {
+        for (uint32_t j = 0; j <= a->n_cols; j++) {
+            size_t at = (size_t)row * g->width + dx_area_col(a, DX_MARGIN + j, g->width);
+
+            d->weights[j] = weights_of(gates->line[DX_EDGE_AC][at], gates->line[DX_EDGE_BD][at]);
+        }
+        gates->rows->residuals_each(out, inverse, d->weights);
+    } else {
+        const struct dx_row_weights w =
+            weights_of(gates->line[DX_EDGE_AC][row], gates->line[DX_EDGE_BD][row]);
+
+        gates->rows->residuals(out, inverse, &w);
     }
+}
+
+static void bend_row(struct dx_preference *preference, const struct dx_diagonal *d,
+                     const struct dx_area *a, const struct dx_gates *gates,
+                     const struct dx_geometry *g, uint32_t p)
+{
+    uint8_t outer[DX_ROWS_CELLS] = {0};
+    const struct dx_row_bend row = {.top = &d->line[p & 1],
+                                    .bottom = &d->line[~p & 1],
+                                    .inverse = a->inverse[p] + DX_MARGIN,
+                                    .range = a->range16[p] + DX_MARGIN,
+                                    .range_below = a->range16[p + 1] + DX_MARGIN,
+                                    .outer = outer};
+
+    if (has_lines(a, g, p) && has_lines(a, g, p + 1))
+        for (uint32_t j = 0; j < DX_ROWS_CELLS; j++)
+            outer[j] = has_outer(a, p, DX_MARGIN + j);
+    gates->rows->bend(preference->bd, preference->unsure, &row, &gates->row_sigma);
 }
 
 void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g)
 {
-    if (gates->diag == DX_DIAG_BEND)
-        residual_row(&d->line[DX_MARGIN & 1], a, gates, g, DX_MARGIN);
+    if (gates->diag == DX_DIAG_BEND && !a->wide)
+        residual_row(d, a, gates, g, DX_MARGIN);
 }
 
-void dx_diagonal_row(uint8_t prefer_bd[DX_AREA_STRIDE], struct dx_diagonal *d,
+void dx_diagonal_row(struct dx_preference *preference, struct dx_diagonal *d,
                      const struct dx_area *a, const struct dx_gates *gates,
                      const struct dx_geometry *g, uint32_t p)
 {
-    switch (gates->diag) {
-    case DX_DIAG_FIXED:
-        memset(prefer_bd, 0, DX_AREA_STRIDE);
-        break;
-    case DX_DIAG_SHORT:
-        prefer_short(prefer_bd, a, p);
-        break;
-    case DX_DIAG_BEND:
-        residual_row(&d->line[~p & 1], a, gates, g, p + 1);
-        prefer_bend(prefer_bd, d, a, gates, p);
-        break;
+    if (gates->diag == DX_DIAG_BEND && !a->wide) {
+        residual_row(d, a, gates, g, p + 1);
+        bend_row(preference, d, a, gates, g, p);
+    } else {
+        memset(preference->bd, 0, sizeof(preference->bd));
+        memset(preference->unsure, gates->diag != DX_DIAG_FIXED, sizeof(preference->unsure));
     }
 }

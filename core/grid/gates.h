@@ -13,6 +13,7 @@
 
 #include "core/grid/sigma.h"
 #include "core/grid/terrain.h"
+#include "core/rows/rows.h"
 
 /* Edges of cell (i,j): H from a to b, V from a to d, AC, BD. Also the four lines through a dexel.
  */
@@ -43,7 +44,9 @@ struct dx_gates {
     uint64_t n2;
     uint64_t cap; /* longest edge, units * 2^12; 0 = no cap */
     struct dx_sigma sigma;
-    double tilt_rad, noise_slope; /* for constants computed when they are asked for */
+    const struct dx_rows *rows;    /* the instruction set */
+    struct dx_row_sigma row_sigma; /* sigma, for its loops */
+    double tilt_rad, noise_slope;  /* for constants computed when they are asked for */
 
     bool per_dexel;
     uint32_t *c[DX_N_EDGES];     /* of each edge: [i], or per_dexel [i * width + j]; 0: no edge */

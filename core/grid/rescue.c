@@ -1,7 +1,7 @@
 /* The rescue, on the few edges that fail the first-order rule. */
 #include "core/grid/rescue.h"
 
-#include <string.h>
+#include "core/base/bytes.h"
 
 /* How well sample x of a line goes with the neighbour before and the one after it: the departure in
  * sigmas, squared, is at most this. */
@@ -12,17 +12,22 @@ static enum fit fit_of(const struct dx_area *a, const struct dx_gates *gates, st
 {
     const uint32_t p0 = p - s.row, q0 = q - s.col, p1 = p + s.row, q1 = q + s.col;
     unsigned __int128 w0, w1, variance, off2;
-    uint64_t off, e;
+    uint64_t before, here, after, off, e;
     int64_t r;
 
     if (p0 < a->first || p0 >= a->end || p1 >= a->end || q0 >= DX_AREA || q1 >= DX_AREA ||
-        !a->q[p0][q0] || !a->q[p1][q1] || !(line.minus | line.plus))
+        !(line.minus | line.plus))
         return FIT_NONE;
-    r = dx_line_residual(a->q[p0][q0], a->q[p][q], a->q[p1][q1], line);
+    before = dx_area_inverse(a, p0, q0);
+    here = dx_area_inverse(a, p, q);
+    after = dx_area_inverse(a, p1, q1);
+    if (!before || !here || !after)
+        return FIT_NONE;
+    r = dx_line_residual(before, here, after, line);
     off = (uint64_t)(r < 0 ? -r : r) >> 16;
-    e = dx_line_noise(&gates->sigma, a->q[p][q], a->range[p][q]);
-    w0 = dx_line_noise(&gates->sigma, a->q[p0][q0], a->range[p0][q0]);
-    w1 = dx_line_noise(&gates->sigma, a->q[p1][q1], a->range[p1][q1]);
+    e = dx_line_noise(&gates->sigma, here, dx_area_range(a, p, q));
+    w0 = dx_line_noise(&gates->sigma, before, dx_area_range(a, p0, q0));
+    w1 = dx_line_noise(&gates->sigma, after, dx_area_range(a, p1, q1));
     w0 = w0 * line.minus >> 24;
     w1 = w1 * line.plus >> 24;
     variance = (unsigned __int128)e * e + w0 * w0 + w1 * w1;
@@ -35,7 +40,7 @@ static enum fit fit_of(const struct dx_area *a, const struct dx_gates *gates, st
 static enum fit fit_at(const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g, enum dx_edge e, uint32_t p, uint32_t q)
 {
-    if (p < a->first || p >= a->end || q >= DX_AREA || !a->q[p][q])
+    if (p < a->first || p >= a->end || q >= DX_AREA || !a->valid[p][q])
         return FIT_NONE;
     return fit_of(a, gates,
                   dx_gates_line(gates, g->width, e, dx_area_row(a, p), dx_area_col(a, q, g->width)),
@@ -50,10 +55,8 @@ static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
     const uint32_t p1 = p + s.row, q1 = q + s.col;
     enum fit here, there;
 
-    if (!a->q[p][q] || !a->q[p1][q1])
-        return false;
     if (!dx_gates_pass(
-            gates, a->range[p][q], a->range[p1][q1],
+            gates, dx_area_range(a, p, q), dx_area_range(a, p1, q1),
             dx_gates_steep(gates, g, e, dx_area_row(a, p), dx_area_col(a, cell, g->width))))
         return false;
     /* One fit alone proves nothing: a mixed sample half-way between two surfaces has it too. */
@@ -69,17 +72,17 @@ static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
 void dx_rescue_row(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g,
                    enum dx_edge e, uint32_t p)
 {
-    static const uint8_t all[8] = {1, 1, 1, 1, 1, 1, 1, 1};
-    const uint32_t first = e == DX_EDGE_BD; /* the pair begins at corner b */
-    const struct dx_step s = dx_line_step(e);
-    uint8_t *joined = a->joined[e][p];
+    const struct dx_ends end = dx_edge_ends(e);
+    uint8_t failed[DX_AREA_STRIDE], *joined = a->joined[e][p];
 
-    for (uint32_t q = 0; q + 1 < DX_AREA; q++) {
-        if (q % 8 == 0 && memcmp(joined + q, all, sizeof(all)) == 0) {
-            q += 7; /* few edges fail: look at eight at once */
-            continue;
+    gates->rows->failed(failed, joined, a->valid[p + end.p0] + end.q0,
+                        a->valid[p + end.p1] + end.q1);
+    for (uint32_t q = 0; q < DX_ROWS_N; q += 8) {
+        /* few edges fail: look at eight at once */
+        for (uint64_t eight = dx_get_u64(failed + q); eight; eight &= eight - 1) {
+            const uint32_t k = q + (uint32_t)__builtin_ctzll(eight) / 8;
+
+            joined[k] = rescued(a, gates, g, e, p, k + end.q0);
         }
-        if (!joined[q] && a->range[p][q + first] && a->range[p + s.row][q + first + s.col])
-            joined[q] = rescued(a, gates, g, e, p, q + first);
     }
 }

@@ -31,7 +31,7 @@ static struct place at(const struct run *r, int along, int t)
 
 static uint32_t range_at(const struct dx_area *a, struct place x)
 {
-    return a->range[x.p][x.q];
+    return dx_area_range(a, x.p, x.q);
 }
 
 static uint32_t difference(const struct dx_area *a, struct place x, struct place y)
@@ -109,7 +109,7 @@ static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct
         if (a->row0 + p < 0 || a->row0 + p >= g->height)
             continue;
         for (uint32_t q = DX_MARGIN - before; q < right; q++)
-            if (!a->range[p][q]) /* outside the grid: without ends to be spanned from */
+            if (!a->valid[p][q]) /* outside the grid: without ends to be spanned from */
                 s->at[p][q] = choose(a, gates, g, p, q);
     }
 }

@@ -60,6 +60,8 @@ const char *dx_terrain_params_check(const struct dx_terrain_params *p)
         return "mixed must be off, axis or strict";
     if (p->bridge > 2)
         return "bridge must be 0, 1 or 2";
+    if (!dx_rows_get(p->simd))
+        return "this processor has no such instructions";
     return check_ingest(&p->ingest);
 }
 

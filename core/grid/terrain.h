@@ -10,6 +10,7 @@
 #include "core/base/pool.h"
 #include "core/grid/plane.h"
 #include "core/grid/tile.h"
+#include "core/rows/rows.h"
 
 enum dx_diag {
     DX_DIAG_FIXED = 0, /* always a-c, unless b-d gives more triangles */
@@ -59,6 +60,7 @@ struct dx_terrain_params {
     bool normals;   /* compute a normal for each vertex */
     bool paper; /* the paper's own rule: length <= cap_m, nothing else; overrides the other rules */
     enum dx_diag diag;
+    enum dx_simd simd; /* instruction set of the inner loops: the same mesh by every one */
 };
 
 /* The defaults named above; sigma not given; rescue, mixed axis, bridge 1, diag bend; no caps, no

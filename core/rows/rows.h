@@ -1,0 +1,104 @@
+/*
+ * The inner loops of terrain mode over rows of dexels. One source, compiled once for each
+ * instruction set and chosen at run time: the loops are plain C that compilers turn into vectors,
+ * so every set gives the same bytes. What a loop decides in floating point it decides by an
+ * interval: where rounding could matter it says "unsure", and the caller asks exact integers.
+ *
+ * Rows have DX_ROWS_N columns and as much room that one more of each kind may be read. Pure
+ * functions; any thread.
+ */
+#ifndef DX_ROWS_H
+#define DX_ROWS_H
+
+#include <stdint.h>
+
+#define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
+#define DX_ROWS_CELLS   64 /* cells of a tile's row */
+#define DX_ROWS_CORNERS 72 /* their corners, in whole vectors */
+
+enum dx_simd {
+    DX_SIMD_AUTO = 0, /* the best that this processor has */
+    DX_SIMD_GENERIC,  /* what every processor of this kind has (NEON on arm64) */
+    DX_SIMD_AVX2,
+    DX_N_SIMD,
+};
+
+/* Two rows of 16-bit ranges whose dexels are paired, with the noise terms of their gates. */
+struct dx_row_pair {
+    const uint16_t *x, *y, *noise_x, *noise_y;
+};
+
+/* sigma.h in f32: sigma8(r) = min(max, a0 + a1 r + a2 r^2), and how far the integers may be off. */
+struct dx_row_sigma {
+    float a0, a1, a2, max, off;
+};
+
+/* Weights of the two diagonal lines of a row: minus and plus of a-c, minus and plus of b-d. */
+struct dx_row_weights {
+    float ac[2], bd[2];
+};
+
+/* Residuals of the two diagonal lines through the corners of a row of cells, and the size of their
+ * terms. */
+struct dx_row_residuals {
+    float ac[DX_ROWS_CORNERS], bd[DX_ROWS_CORNERS], size[DX_ROWS_CORNERS];
+};
+
+/* What the choice between bends looks at, from the first cell's corner a on. */
+struct dx_row_bend {
+    const struct dx_row_residuals *top, *bottom;
+    const float *inverse;
+    const uint16_t *range, *range_below;
+    const uint8_t *outer; /* the four samples beyond the corners are there and joined */
+};
+
+/* Joined edges of a row of cells, and which of its dexels are alive; from the first cell on. */
+struct dx_row_edges {
+    const uint8_t *h, *h_below, *v, *ac, *bd, *alive, *alive_below;
+};
+
+struct dx_rows {
+    const char *name;
+
+    void (*valid)(uint8_t *out, const uint16_t *range);
+
+    /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
+    void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
+
+    /* The first-order rule, with one constant or one for each pair. */
+    void (*join)(uint8_t *out, const struct dx_row_pair *pair, uint16_t c);
+    void (*join_each)(uint8_t *out, const struct dx_row_pair *pair, const uint16_t *c);
+
+    /* 1 where both are valid and not joined. */
+    void (*failed)(uint8_t *out, const uint8_t *joined, const uint8_t *x, const uint8_t *y);
+
+    /* Valid dexels that are no mixed pixels, by the votes of row and column, from column 1 on. v is
+     * the row's own V edges, v_above those of the row above; valid rows are those above, here and
+     * below. */
+    void (*vote)(uint8_t *alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
+                 const uint8_t *const valid[3]);
+
+    /* 2^40 / r in f32; huge where r < 16. */
+    void (*inverse)(float *out, const uint16_t *range);
+
+    /* From the inverse ranges above, here and below, each from one column before the first corner
+     * on; with weights for the row or for each corner. */
+    void (*residuals)(struct dx_row_residuals *out, const float *const inverse[3],
+                      const struct dx_row_weights *w);
+    void (*residuals_each)(struct dx_row_residuals *out, const float *const inverse[3],
+                           const struct dx_row_weights *w);
+
+    /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
+     * ends differ less in range. unsure: ask integers. */
+    void (*bend)(uint8_t *prefer_bd, uint8_t *unsure, const struct dx_row_bend *row,
+                 const struct dx_row_sigma *sigma);
+
+    /* Cell codes; even: both diagonals would give as many triangles, and some. */
+    void (*code)(uint8_t *code, uint8_t *even, const struct dx_row_edges *edges,
+                 const uint8_t *prefer_bd);
+};
+
+/* NULL: this processor (or this build) has no such instructions. */
+const struct dx_rows *dx_rows_get(enum dx_simd simd);
+
+#endif
