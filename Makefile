@@ -80,6 +80,8 @@ deps:
 	@sh tests/deps.sh
 
 # ---- objects and libraries ------------------------------------------------------------------------
+# No loop of core/rows looks at floating-point exceptions; without them selections become vectors.
+$(B)/obj/core/rows/rows_%.o: override CFLAGS += -fno-trapping-math -fno-math-errno
 $(B)/obj/core/rows/rows_avx2.o: override CFLAGS += -mavx2
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)

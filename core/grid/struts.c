@@ -1,10 +1,13 @@
 /* Struts of a tile: first which way each missing dexel is spanned, then what lies beside. */
 #include "core/grid/struts.h"
 
+#include "core/base/bytes.h"
+
 #include <string.h>
 
 /* A way to be spanned: one more than DX_SPAN(across, len) * 2 + place in the run (0 or 1). */
 #define NOT_SPANNED 0
+#define EACH        0x0101010101010101u /* of eight bytes */
 
 static uint8_t span_of(bool across, uint8_t len, unsigned place)
 {
@@ -97,6 +100,12 @@ static uint8_t choose(const struct dx_area *a, const struct dx_gates *gates,
     return best ? span_of(best->across, best->len, p != best->p || q != best->q) : NOT_SPANNED;
 }
 
+/* Whether its four neighbours are there: then no other strut looks at it. */
+static bool is_alone(const struct dx_area *a, uint32_t p, uint32_t q)
+{
+    return a->valid[p - 1][q] & a->valid[p + 1][q] & a->valid[p][q - 1] & a->valid[p][q + 1];
+}
+
 /* Missing dexels of the tile and one around it: what a strut's neighbour has chosen. */
 static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g)
@@ -108,9 +117,14 @@ static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct
         memset(s->at[p], NOT_SPANNED, sizeof(s->at[p]));
         if (a->row0 + p < 0 || a->row0 + p >= g->height)
             continue;
-        for (uint32_t q = DX_MARGIN - before; q < right; q++)
-            if (!a->valid[p][q]) /* outside the grid: without ends to be spanned from */
-                s->at[p][q] = choose(a, gates, g, p, q);
+        /* most are there: look at eight at once. Outside the grid: without ends to span from */
+        for (uint32_t q = DX_MARGIN - before; q < right; q += 8)
+            for (uint64_t out = ~dx_get_u64(a->valid[p] + q) & EACH; out; out &= out - 1) {
+                const uint32_t k = q + (uint32_t)__builtin_ctzll(out) / 8;
+
+                if (!is_alone(a, p, k))
+                    s->at[p][k] = choose(a, gates, g, p, k);
+            }
     }
 }
 
@@ -222,6 +236,50 @@ static uint8_t code_of(const struct dx_spans *s, const struct dx_area *a,
     return 0;
 }
 
+/* ---- a missing dexel among four ------------------------------------------------------------- */
+
+/* Most drop-outs are: nothing that is spanned lies beside, so that the four edges around it tell. */
+static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
+                          const struct dx_geometry *g, uint32_t p, uint32_t q)
+{
+    const bool nw = dx_area_edge(a, DX_EDGE_BD, p - 1, q - 1);
+    const bool ne = dx_area_edge(a, DX_EDGE_AC, p - 1, q);
+    const bool sw = dx_area_edge(a, DX_EDGE_AC, p, q - 1), se = dx_area_edge(a, DX_EDGE_BD, p, q);
+    const struct run down = {p, q, false, 1}, across = {p, q, true, 1};
+    struct dx_strut strut = {.len = 1};
+
+    if (!((nw & (ne | sw)) | (se & (ne | sw))))
+        return 0; /* no side, whichever way */
+    strut.across = can_span(&across, a, gates, g) &&
+                   (!can_span(&down, a, gates, g) ||
+                    difference(a, at(&across, -1, 0), at(&across, 1, 0)) <
+                        difference(a, at(&down, -1, 0), at(&down, 1, 0)));
+    if (!strut.across && !can_span(&down, a, gates, g))
+        return 0;
+    strut.first = nw && (strut.across ? ne : sw) ? DX_STRUT_CHAIN : DX_STRUT_OPEN;
+    strut.second = se && (strut.across ? sw : ne) ? DX_STRUT_CHAIN : DX_STRUT_OPEN;
+    return strut.first || strut.second ? dx_strut_code(&strut) : 0;
+}
+
+/* Cells j to j + 7 of the tile's row i, as far as there are so many. */
+static void code_eight(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
+                       const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i,
+                       uint32_t j, uint32_t cols)
+{
+    const uint32_t p = DX_MARGIN + i;
+
+    for (uint64_t out = ~dx_get_u64(a->valid[p] + DX_MARGIN + j) & EACH; out; out &= out - 1) {
+        const uint32_t k = j + (uint32_t)__builtin_ctzll(out) / 8, q = DX_MARGIN + k;
+
+        if (k >= cols)
+            return;
+        if (is_alone(a, p, q))
+            strut[k] = code_alone(a, gates, g, p, q);
+        else if (spans->at[p][q])
+            strut[k] = code_of(spans, a, gates, p, q);
+    }
+}
+
 void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
                     const struct dx_gates *gates, const struct dx_geometry *g,
                     const struct dx_tiling *tiling)
@@ -236,8 +294,6 @@ void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, cons
         return;
     choose_all(spans, a, gates, g);
     for (uint32_t i = 0; i < rows; i++)
-        for (uint32_t j = 0; j < cols; j++)
-            if (spans->at[DX_MARGIN + i][DX_MARGIN + j])
-                strut[(i + 1) * DX_BLOCK + j + 1] =
-                    code_of(spans, a, gates, DX_MARGIN + i, DX_MARGIN + j);
+        for (uint32_t j = 0; j < cols; j += 8)
+            code_eight(strut + (i + 1) * DX_BLOCK + 1, spans, a, gates, g, i, j, cols);
 }

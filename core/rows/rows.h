@@ -78,7 +78,7 @@ struct dx_rows {
     void (*vote)(uint8_t *alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
                  const uint8_t *const valid[3]);
 
-    /* 2^40 / r in f32; huge where r < 16. */
+    /* 2^40 / r in f32; huge for r below 16, which integers take for missing; 0 for 0. */
     void (*inverse)(float *out, const uint16_t *range);
 
     /* From the inverse ranges above, here and below, each from one column before the first corner

@@ -122,10 +122,14 @@ static void vote_row(uint8_t *restrict alive, const uint8_t *h, const uint8_t *v
 
 static void inverse_row(float *restrict out, const uint16_t *range)
 {
-    for (uint32_t q = 0; q < N; q++) {
-        float inverse = 0x1p40f / (float)(range[q] < 16 ? 16 : range[q]);
+    float r[N];
 
-        out[q] = range[q] < 16 ? TOO_NEAR : inverse;
+    for (uint32_t q = 0; q < N; q++)
+        r[q] = (float)range[q];
+    for (uint32_t q = 0; q < N; q++) {
+        float inverse = r[q] < 16 ? TOO_NEAR : 0x1p40f / r[q];
+
+        out[q] = r[q] > 0 ? inverse : 0;
     }
 }
 
