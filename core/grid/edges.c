@@ -5,14 +5,27 @@
 
 #include <string.h>
 
-static void join_wide(uint8_t *out, const uint32_t *x, const uint32_t *y, const uint32_t *c,
-                      uint32_t step, const struct dx_gates *gates)
+static bool join_wide(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
+                      enum dx_edge e, uint32_t p)
 {
-    for (uint32_t q = 0; q < DX_AREA; q++)
-        out[q] = x[q] && y[q] && dx_gates_pass(gates, x[q], y[q], c[q * step]);
+    const struct dx_ends end = dx_edge_ends(e);
+    const uint32_t *x = a->range[p + end.p0] + end.q0, *y = a->range[p + end.p1] + end.q1;
+    const uint32_t *c = gates->per_dexel ? a->c[e][p] : &gates->c[e][dx_area_row(a, p)];
+    uint8_t any = 0;
+
+    for (uint32_t q = 0; q < DX_AREA; q++) {
+        uint8_t there = x[q] && y[q];
+        uint8_t near = there && dx_gates_pass(gates, x[q], y[q], c[gates->per_dexel ? q : 0]);
+
+        a->joined[e][p][q] = near;
+        failed[q] = near ^ there;
+        any |= failed[q];
+    }
+    return any;
 }
 
-static void join_narrow(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e, uint32_t p)
+static bool join_narrow(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
+                        enum dx_edge e, uint32_t p)
 {
     const struct dx_ends end = dx_edge_ends(e);
     const struct dx_row_pair pair = {.x = a->range16[p + end.p0] + end.q0,
@@ -21,30 +34,31 @@ static void join_narrow(struct dx_area *a, const struct dx_gates *gates, enum dx
                                      .noise_y = a->noise[p + end.p1] + end.q1};
 
     if (gates->per_dexel)
-        gates->rows->join_each(a->joined[e][p], &pair, a->c16[e][p]);
-    else
-        gates->rows->join(a->joined[e][p], &pair, (uint16_t)gates->c[e][dx_area_row(a, p)]);
+        return gates->rows->join_each(a->joined[e][p], failed, &pair, a->c16[e][p]);
+    return gates->rows->join(a->joined[e][p], failed, &pair,
+                             (uint16_t)gates->c[e][dx_area_row(a, p)]);
 }
 
-static void join_valid(uint8_t *out, const uint8_t *x, const uint8_t *y)
+/* The paper's rule: whatever is there. */
+static void join_valid(struct dx_area *a, enum dx_edge e, uint32_t p)
 {
+    const struct dx_ends end = dx_edge_ends(e);
+    const uint8_t *x = a->valid[p + end.p0] + end.q0, *y = a->valid[p + end.p1] + end.q1;
+
     for (uint32_t q = 0; q < DX_AREA; q++)
-        out[q] = x[q] & y[q];
+        a->joined[e][p][q] = x[q] & y[q];
 }
 
 /* A row of edges: joined[e][p][q] is that of cell (p, q). */
-static void join_row(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e, uint32_t p)
+static void join_row(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g,
+                     enum dx_edge e, uint32_t p)
 {
-    const struct dx_ends end = dx_edge_ends(e);
+    uint8_t failed[DX_ROWS_N] = {0};
 
     if (!gates->first_order)
-        join_valid(a->joined[e][p], a->valid[p + end.p0] + end.q0, a->valid[p + end.p1] + end.q1);
-    else if (gates->wide)
-        join_wide(a->joined[e][p], a->range[p + end.p0] + end.q0, a->range[p + end.p1] + end.q1,
-                  gates->per_dexel ? a->c[e][p] : &gates->c[e][dx_area_row(a, p)], gates->per_dexel,
-                  gates);
-    else
-        join_narrow(a, gates, e, p);
+        join_valid(a, e, p);
+    else if ((gates->wide ? join_wide : join_narrow)(a, failed, gates, e, p) && gates->rescue)
+        dx_rescue_row(a, failed, gates, g, e, p);
 }
 
 static void cap_row(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e, uint32_t p)
@@ -68,9 +82,7 @@ void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct
                 memset(a->joined[e][p], 0, sizeof(a->joined[e][p]));
                 continue;
             }
-            join_row(a, gates, e, p);
-            if (gates->rescue)
-                dx_rescue_row(a, gates, g, e, p);
+            join_row(a, gates, g, e, p);
             if (gates->cap)
                 cap_row(a, gates, e, p);
         }

@@ -69,20 +69,15 @@ static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
     return there == FIT_SURE && fit_at(a, gates, g, e, p1 + s.row, q1 + s.col);
 }
 
-void dx_rescue_row(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g,
-                   enum dx_edge e, uint32_t p)
+void dx_rescue_row(struct dx_area *a, const uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
+                   const struct dx_geometry *g, enum dx_edge e, uint32_t p)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-    uint8_t failed[DX_AREA_STRIDE], *joined = a->joined[e][p];
+    uint8_t *joined = a->joined[e][p];
 
-    gates->rows->failed(failed, joined, a->valid[p + end.p0] + end.q0,
-                        a->valid[p + end.p1] + end.q1);
-    for (uint32_t q = 0; q < DX_ROWS_N; q += 8) {
-        /* few edges fail: look at eight at once */
+    for (uint32_t q = 0; q < DX_ROWS_N; q += 8)
         for (uint64_t eight = dx_get_u64(failed + q); eight; eight &= eight - 1) {
             const uint32_t k = q + (uint32_t)__builtin_ctzll(eight) / 8;
 
-            joined[k] = rescued(a, gates, g, e, p, k + end.q0);
+            joined[k] = rescued(a, gates, g, e, p, k + dx_edge_ends(e).q0);
         }
-    }
 }

@@ -10,6 +10,7 @@
 #ifndef DX_ROWS_H
 #define DX_ROWS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
@@ -65,12 +66,11 @@ struct dx_rows {
     /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
     void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
 
-    /* The first-order rule, with one constant or one for each pair. */
-    void (*join)(uint8_t *out, const struct dx_row_pair *pair, uint16_t c);
-    void (*join_each)(uint8_t *out, const struct dx_row_pair *pair, const uint16_t *c);
-
-    /* 1 where both are valid and not joined. */
-    void (*failed)(uint8_t *out, const uint8_t *joined, const uint8_t *x, const uint8_t *y);
+    /* The first-order rule, with one constant or one for each pair: which are joined, and which
+     * are not though both are there; whether there are such. */
+    bool (*join)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair, uint16_t c);
+    bool (*join_each)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair,
+                      const uint16_t *c);
 
     /* Valid dexels that are no mixed pixels, by the votes of row and column, from column 1 on. v is
      * the row's own V edges, v_above those of the row above; valid rows are those above, here and

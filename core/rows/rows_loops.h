@@ -50,47 +50,40 @@ static void noise_row(uint16_t *restrict out, const uint16_t *range, uint16_t t0
  * of the difference is compared with the tilt term. The noise term does not fall with range, so the
  * nearer sample has the smaller one.
  */
-static inline void join_rows(uint8_t *restrict out, const struct dx_row_pair *pair,
-                             const uint16_t *tilt)
+static inline __attribute__((always_inline)) bool join_rows(uint8_t *restrict joined,
+                                                            uint8_t *restrict failed,
+                                                            const struct dx_row_pair *pair,
+                                                            const uint16_t *c, uint32_t step)
 {
     const uint16_t *x = pair->x, *y = pair->y, *noise_x = pair->noise_x, *noise_y = pair->noise_y;
-    uint16_t far[N];
+    uint16_t near[N], there[N], any = 0;
 
     for (uint32_t q = 0; q < N; q++) {
-        uint16_t lo = min16(x[q], y[q]), step = (uint16_t)(max16(x[q], y[q]) - lo);
-        uint16_t noise = min16(noise_x[q], noise_y[q]);
-        uint16_t rest = (uint16_t)(max16(step, noise) - noise);
+        uint16_t lo = min16(x[q], y[q]), difference = (uint16_t)(max16(x[q], y[q]) - lo);
+        uint16_t noise = min16(noise_x[q], noise_y[q]), tilt = mul_high(lo, c[q * step]);
+        uint16_t rest = (uint16_t)(max16(difference, noise) - noise);
 
-        /* a missing one makes it infinitely far */
-        far[q] = (uint16_t)((max16(rest, tilt[q]) - tilt[q]) | -(uint16_t)(lo == 0));
+        near[q] = rest <= tilt;
+        there[q] = lo != 0;
+        any |= there[q] & (near[q] ^ 1);
     }
     for (uint32_t q = 0; q < N; q++)
-        out[q] = far[q] == 0;
+        joined[q] = (uint8_t)(near[q] & there[q]);
+    for (uint32_t q = 0; q < N; q++)
+        failed[q] = (uint8_t)(there[q] & (near[q] ^ 1));
+    return any;
 }
 
-static void join_row(uint8_t *restrict out, const struct dx_row_pair *pair, uint16_t c)
+static bool join_row(uint8_t *restrict joined, uint8_t *restrict failed,
+                     const struct dx_row_pair *pair, uint16_t c)
 {
-    uint16_t tilt[N];
-
-    for (uint32_t q = 0; q < N; q++)
-        tilt[q] = mul_high(min16(pair->x[q], pair->y[q]), c);
-    join_rows(out, pair, tilt);
+    return join_rows(joined, failed, pair, &c, 0);
 }
 
-static void join_each_row(uint8_t *restrict out, const struct dx_row_pair *pair, const uint16_t *c)
+static bool join_each_row(uint8_t *restrict joined, uint8_t *restrict failed,
+                          const struct dx_row_pair *pair, const uint16_t *c)
 {
-    uint16_t tilt[N];
-
-    for (uint32_t q = 0; q < N; q++)
-        tilt[q] = mul_high(min16(pair->x[q], pair->y[q]), c[q]);
-    join_rows(out, pair, tilt);
-}
-
-static void failed_row(uint8_t *restrict out, const uint8_t *joined, const uint8_t *x,
-                       const uint8_t *y)
-{
-    for (uint32_t q = 0; q < N; q++)
-        out[q] = (uint8_t)(x[q] & y[q] & (joined[q] ^ 1));
+    return join_rows(joined, failed, pair, c, 1);
 }
 
 /* ---- mixed pixels --------------------------------------------------------------------------- */
@@ -225,7 +218,7 @@ static void bend_row(uint8_t *restrict prefer_bd, uint8_t *restrict unsure,
         float e = row->outer[j] ? margin[j] : margin_here[j];
 
         prefers[j] = m > 0;
-        doubts[j] = !(fabsf(m) > e); /* also where it is no number */
+        doubts[j] = fabsf(m) > e ? 0 : 1; /* also where it is no number */
     }
     for (uint32_t j = 0; j < CELLS; j++) {
         prefer_bd[j] = (uint8_t)prefers[j];
@@ -259,7 +252,7 @@ static void code_row(uint8_t *restrict code, uint8_t *restrict even,
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
         .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
-        .join_each = join_each_row, .failed = failed_row, .vote = vote_row,                        \
-        .inverse = inverse_row, .residuals = residuals_row, .residuals_each = residuals_each_row,  \
-        .bend = bend_row, .code = code_row,                                                        \
+        .join_each = join_each_row, .vote = vote_row, .inverse = inverse_row,                      \
+        .residuals = residuals_row, .residuals_each = residuals_each_row, .bend = bend_row,        \
+        .code = code_row,                                                                          \
     }
