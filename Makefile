@@ -38,7 +38,7 @@ ALL_CFLAGS = $(BASE_CFLAGS) $(CPPFLAGS) $(PKG_CFLAGS) $(CFLAGS) $(SAN)
 ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 
 # Loops of their own file for an instruction set (core/rows/rows.h).
-NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c)
+NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
 
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
@@ -83,6 +83,7 @@ deps:
 # No loop of core/rows looks at floating-point exceptions; without them selections become vectors.
 $(B)/obj/core/rows/rows_%.o: override CFLAGS += -fno-trapping-math -fno-math-errno
 $(B)/obj/core/rows/rows_avx2.o: override CFLAGS += -mavx2
+$(B)/obj/core/rows/rows_avx512.o: override CFLAGS += -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<

@@ -6,6 +6,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/hash.h"
+#include "core/rows/rows.h"
 
 #include <string.h>
 
@@ -30,64 +31,6 @@ uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
     return n;
 }
 
-/* Corners of the triangle of an outcome that has one: 0 a, 1 b, 2 c, 3 d; in index order, and
- * flipped. */
-static const uint8_t corners[2][7][3] = {
-    {[DX_CELL_ABC] = {0, 1, 2},
-     [DX_CELL_ACD] = {0, 2, 3},
-     [DX_CELL_ABD] = {0, 1, 3},
-     [DX_CELL_BCD] = {1, 2, 3}},
-    {[DX_CELL_ABC] = {0, 2, 1},
-     [DX_CELL_ACD] = {0, 3, 2},
-     [DX_CELL_ABD] = {0, 3, 1},
-     [DX_CELL_BCD] = {1, 3, 2}},
-};
-
-static inline bool is_full(uint8_t code)
-{
-    return 1u << code & (1u << DX_CELL_ABC_ACD | 1u << DX_CELL_ABD_BCD);
-}
-
-/* Two indices by one store. */
-static inline void put_pair(uint16_t *out, uint32_t first, uint32_t second)
-{
-    uint32_t pair = dx_host_is_little_endian() ? first | second << 16 : first << 16 | second;
-
-    memcpy(out, &pair, sizeof(pair));
-}
-
-/* The two triangles of a full cell: abc, acd or abd, bcd. All its corners are used, so that b
- * follows a, and c follows d. No branch on the diagonal: noise makes that a coin toss. */
-static inline void emit_full(uint16_t *out, uint8_t code, bool flip, uint32_t a, uint32_t d)
-{
-    uint32_t on_bd = code == DX_CELL_ABD_BCD, b = a + 1, c = d + 1;
-
-    put_pair(out, a, flip ? c - on_bd : b);
-    put_pair(out + 2, flip ? b : c - on_bd, a + on_bd);
-    put_pair(out + 4, flip ? d : c, flip ? c : d);
-}
-
-/* Inlined with either orientation. */
-static inline __attribute__((always_inline)) uint16_t *emit_row(uint16_t *out, const uint8_t *code,
-                                                                uint32_t n, const uint16_t *top,
-                                                                const uint16_t *bottom, bool flip)
-{
-    const uint8_t(*corner)[3] = corners[flip];
-
-    for (uint32_t j = 0; j < n; j++) {
-        if (is_full(code[j])) {
-            emit_full(out, code[j], flip, top[j], bottom[j]);
-            out += 6;
-        } else if (code[j] != DX_CELL_NONE) {
-            const uint16_t v[4] = {top[j], top[j + 1], bottom[j + 1], bottom[j]};
-
-            for (int m = 0; m < 3; m++)
-                *out++ = v[corner[code[j]][m]];
-        }
-    }
-    return out;
-}
-
 static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile,
                              const uint16_t rank[DX_BLOCK_DEXELS], bool flip)
 {
@@ -110,16 +53,13 @@ static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile,
 uint32_t dx_tile_emit(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS], bool flip,
                       uint16_t *index)
 {
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
     uint16_t *out = index;
 
-    for (uint32_t i = 0; i < tile->cell_rows; i++) {
-        const uint8_t *code = tile->code + (size_t)i * DX_TILE_CELLS;
-        const uint16_t *top = rank + (size_t)(i + 1) * DX_BLOCK + 1, *bottom = top + DX_BLOCK;
+    for (uint32_t i = 0; i < tile->cell_rows; i++) { /* codes beyond cell_cols are 0 */
+        const uint16_t *top = rank + (size_t)(i + 1) * DX_BLOCK + 1;
 
-        if (flip)
-            out = emit_row(out, code, tile->cell_cols, top, bottom, true);
-        else
-            out = emit_row(out, code, tile->cell_cols, top, bottom, false);
+        out = rows->emit(out, tile->code + (size_t)i * DX_TILE_CELLS, top, top + DX_BLOCK, flip);
     }
     out = emit_struts(out, tile, rank, flip);
     return (uint32_t)(out - index) / 3;

@@ -53,9 +53,9 @@ struct dx_tile {
     uint8_t cell_rows, cell_cols; /* 1..64; less than 64 only in the last ones */
     uint8_t attr_bytes;           /* 0, 1 or 2 */
     uint8_t code[DX_TILE_CELLS *
-                 DX_TILE_CELLS];     /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
-    uint8_t strut[DX_BLOCK_DEXELS];  /* code (strut.h) at the missing dexel that owns it; 0 none */
-    uint32_t range[DX_BLOCK_DEXELS]; /* block order; only used dexels matter */
+                 DX_TILE_CELLS];    /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
+    uint8_t strut[DX_BLOCK_DEXELS]; /* code (strut.h) at the missing dexel that owns it; 0 none */
+    uint32_t range[DX_BLOCK_DEXELS + 7]; /* block order; only used dexels matter; room at the end */
     uint16_t attr[DX_BLOCK_DEXELS];
     bool has_normals;
     int8_t normal[2 * DX_BLOCK_DEXELS]; /* octahedral.h; block order */
@@ -68,8 +68,8 @@ struct dx_tile_mesh {
     uint16_t row, col;
     uint8_t attr_bytes;
     uint32_t n_vertices, n_triangles;
-    uint8_t mask[DX_MASK_BYTES];         /* bit k of byte k/8: block dexel k is a vertex */
-    float xyz[3 * DX_TILE_MAX_VERTICES]; /* scanner frame, metres, in rank order */
+    uint8_t mask[DX_MASK_BYTES];             /* bit k of byte k/8: block dexel k is a vertex */
+    float xyz[3 * DX_TILE_MAX_VERTICES + 3]; /* scanner frame, metres, in rank order */
     uint16_t attr[DX_TILE_MAX_VERTICES];
     bool has_normals;
     int8_t normal[2 * DX_TILE_MAX_VERTICES];       /* octahedral.h; rank order */

@@ -4,59 +4,39 @@
  * that both get the same bits.
  */
 #include "core/grid/tile_used.h"
+#include "core/rows/rows.h"
 
 #include <string.h>
 
 /* The block's columns in the grid, and for a spinning geometry its table of them. */
 struct columns {
     uint32_t at[DX_BLOCK];
-    float c[DX_BLOCK], s[DX_BLOCK];
+    struct dx_row_spin spin;
 };
 
 static void find_columns(struct columns *col, const struct dx_tile *tile,
                          const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
+    col->spin.unit_m = g->unit_m;
+    for (uint32_t j = 0; j < DX_ROWS_SPIN; j++)
+        col->spin.c[j] = col->spin.s[j] = 0;
     for (uint32_t j = 0; j < DX_BLOCK; j++) {
         col->at[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
         if (g->model == DX_MODEL_SPINNING) {
-            col->c[j] = g->table[2 * (size_t)col->at[j]];
-            col->s[j] = g->table[2 * (size_t)col->at[j] + 1];
+            col->spin.c[j] = g->table[2 * (size_t)col->at[j]];
+            col->spin.s[j] = g->table[2 * (size_t)col->at[j] + 1];
         }
     }
 }
 
-/* The points of one block row, stored one after the other: each is written, and kept if used. The
- * operations are those of dx_geometry_point. */
-static float *spin_row(float *restrict out, const float d[6], float unit_m,
-                       const struct columns *col, const uint32_t range[DX_BLOCK],
-                       const uint8_t used[DX_BLOCK])
+/* The points of one block row, stored one after the other: each is written, and kept if used. */
+static float *row_points(float *out, const struct dx_geometry *g, uint32_t row, struct columns *col,
+                         const uint32_t range[DX_BLOCK], const uint8_t used[DX_BLOCK])
 {
-    float x[DX_BLOCK], y[DX_BLOCK], z[DX_BLOCK];
-
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        float r = (float)range[j] * unit_m;
-        float u = d[3] + r * d[0], v = d[4] + r * d[1];
-
-        x[j] = u * col->c[j] - v * col->s[j];
-        y[j] = u * col->s[j] + v * col->c[j];
-        z[j] = d[5] + r * d[2];
+    if (g->model == DX_MODEL_SPINNING) {
+        col->spin.row = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
+        return dx_rows_get(DX_SIMD_AUTO)->spin(out, &col->spin, range, used);
     }
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        out[0] = x[j];
-        out[1] = y[j];
-        out[2] = z[j];
-        out += 3 * used[j];
-    }
-    return out;
-}
-
-static float *row_points(float *out, const struct dx_geometry *g, uint32_t row,
-                         const struct columns *col, const uint32_t range[DX_BLOCK],
-                         const uint8_t used[DX_BLOCK])
-{
-    if (g->model == DX_MODEL_SPINNING)
-        return spin_row(out, g->table + 2 * (size_t)g->width + 6 * (size_t)row, g->unit_m, col,
-                        range, used);
     for (uint32_t j = 0; j < DX_BLOCK; j++)
         if (used[j]) {
             dx_geometry_point(g, row, col->at[j], range[j], out);
@@ -91,7 +71,7 @@ static void exact_points(float *xyz, const struct dx_tile *tile, const struct dx
 
 /* Attributes and normals from block order to rank order. */
 static void rank_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
-                         const struct dx_used *used, const uint16_t rank[DX_BLOCK_DEXELS])
+                         const struct dx_used *used, const uint16_t rank[DX_USED_ROOM])
 {
     for (uint32_t k = 0; tile->attr_bytes && k < DX_BLOCK_DEXELS; k++)
         if (used->at[k])
@@ -106,7 +86,7 @@ static void rank_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
 void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                         const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
-    uint16_t rank[DX_BLOCK_DEXELS];
+    uint16_t rank[DX_USED_ROOM];
     struct dx_used used;
 
     mesh->row = tile->row;

@@ -1,32 +1,18 @@
 /* From the codes of a tile to the dexels they use. */
 #include "core/grid/tile_used.h"
 
+#include "core/rows/rows.h"
+
 #include <string.h>
 
 static void mark_cells(struct dx_used *used, const struct dx_tile *tile)
 {
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
-        const uint8_t *code = tile->code + (size_t)i * DX_TILE_CELLS;
-        uint8_t *top = used->at + (size_t)(i + 1) * DX_BLOCK + 1, *bottom = top + DX_BLOCK;
-        uint8_t a[DX_TILE_CELLS], b[DX_TILE_CELLS], c[DX_TILE_CELLS], d[DX_TILE_CELLS];
+        uint8_t *top = used->at + (size_t)(i + 1) * DX_BLOCK + 1;
 
-        /* each corner is spared by exactly one outcome beside "none" */
-        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
-            uint8_t some = code[j] != DX_CELL_NONE;
-
-            a[j] = some & (code[j] != DX_CELL_BCD);
-            b[j] = some & (code[j] != DX_CELL_ACD);
-            c[j] = some & (code[j] != DX_CELL_ABD);
-            d[j] = some & (code[j] != DX_CELL_ABC);
-        }
-        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
-            top[j] |= a[j];
-            bottom[j] |= d[j];
-        }
-        for (uint32_t j = 0; j < DX_TILE_CELLS; j++) {
-            top[j + 1] |= b[j];
-            bottom[j + 1] |= c[j];
-        }
+        rows->use(top, top + DX_BLOCK, tile->code + (size_t)i * DX_TILE_CELLS);
     }
 }
 
@@ -60,13 +46,7 @@ void dx_used_pack(const struct dx_used *used, uint8_t mask[DX_MASK_BYTES])
     }
 }
 
-uint32_t dx_used_rank(const struct dx_used *used, uint16_t rank[DX_BLOCK_DEXELS])
+uint32_t dx_used_rank(const struct dx_used *used, uint16_t rank[DX_USED_ROOM])
 {
-    uint32_t n = 0;
-
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
-        rank[k] = (uint16_t)n;
-        n += used->at[k];
-    }
-    return n;
+    return dx_rows_get(DX_SIMD_AUTO)->rank(rank, used->at, DX_USED_ROOM / 8);
 }

@@ -16,11 +16,13 @@
 #define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
 #define DX_ROWS_CELLS   64 /* cells of a tile's row */
 #define DX_ROWS_CORNERS 72 /* their corners, in whole vectors */
+#define DX_ROWS_SPIN    72 /* dexels of a tile's block row (tile.h: 67), in whole vectors */
 
 enum dx_simd {
     DX_SIMD_AUTO = 0, /* the best that this processor has */
     DX_SIMD_GENERIC,  /* what every processor of this kind has (NEON on arm64) */
     DX_SIMD_AVX2,
+    DX_SIMD_AVX512,
     DX_N_SIMD,
 };
 
@@ -58,8 +60,18 @@ struct dx_row_edges {
     const uint8_t *h, *h_below, *v, *ac, *bd, *alive, *alive_below;
 };
 
+/* A block row of a tile under a spinning geometry (geometry.h): its row's six numbers, cosines and
+ * sines of its columns. */
+struct dx_row_spin {
+    const float *row;
+    float unit_m;
+    float c[DX_ROWS_SPIN], s[DX_ROWS_SPIN];
+};
+
 struct dx_rows {
     const char *name;
+
+    /* ---- rules ---- */
 
     void (*valid)(uint8_t *out, const uint16_t *range);
 
@@ -96,6 +108,23 @@ struct dx_rows {
     /* Cell codes; even: both diagonals would give as many triangles, and some. */
     void (*code)(uint8_t *code, uint8_t *even, const struct dx_row_edges *edges,
                  const uint8_t *prefer_bd);
+
+    /* ---- tiles ---- */
+
+    /* Adds the corners that a row of cells uses to its dexels (1: used). */
+    void (*use)(uint8_t *top, uint8_t *bottom, const uint8_t *code);
+
+    /* Used dexels before each of 8 n_eights; returns how many there are. */
+    uint32_t (*rank)(uint16_t *rank, const uint8_t *used, uint32_t n_eights);
+
+    /* Points of the used dexels of a block row, metres, one after the other; three floats more are
+     * written. Returns where the next one goes. */
+    float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range,
+                   const uint8_t *used);
+
+    /* Triangles of a row of cells, as ranks of their corners; eight indices more are written. */
+    uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const uint16_t *top,
+                      const uint16_t *bottom, bool flip);
 };
 
 /* NULL: this processor (or this build) has no such instructions. */

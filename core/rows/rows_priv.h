@@ -5,6 +5,6 @@
 #include "core/rows/rows.h"
 
 extern const struct dx_rows dx_rows_generic;
-extern const struct dx_rows dx_rows_avx2; /* x86-64 only */
+extern const struct dx_rows dx_rows_avx2, dx_rows_avx512; /* x86-64 only */
 
 #endif

@@ -1,7 +1,7 @@
 /*
- * The loops of rows.h. Included once by each rows_SET.c, which is compiled for its instruction set
- * and gives the table its name. Loops have constant lengths and no branches; each does one kind of
- * arithmetic, so that it becomes vectors of one width.
+ * The loops of rows.h that decide. Included once by each rows_SET.c, which is compiled for its
+ * instruction set and gives the table its name. Loops have constant lengths and no branches; each
+ * does one kind of arithmetic, so that it becomes vectors of one width.
  */
 #include "core/rows/rows.h"
 
@@ -88,17 +88,26 @@ static bool join_each_row(uint8_t *restrict joined, uint8_t *restrict failed,
 
 /* ---- mixed pixels --------------------------------------------------------------------------- */
 
-static void vote_row(uint8_t *restrict alive, const uint8_t *h, const uint8_t *v,
-                     const uint8_t *v_above, const uint8_t *const valid[3])
+static inline __attribute__((always_inline)) void
+vote_columns(uint8_t *restrict alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
+             const uint8_t *const valid[3], uint32_t first, uint32_t end)
 {
     const uint8_t *above = valid[0], *here = valid[1], *below = valid[2];
 
-    for (uint32_t q = 0; q < N; q++) {
+    for (uint32_t q = first; q < end; q++) {
         uint8_t row = (uint8_t)(here[q] & here[q + 2] & ((h[q] | h[q + 1]) ^ 1));
         uint8_t column = (uint8_t)(above[q + 1] & below[q + 1] & ((v_above[q + 1] | v[q + 1]) ^ 1));
 
         alive[q + 1] = (uint8_t)(here[q + 1] & ((row | column) ^ 1));
     }
+}
+
+/* In two, so that the longest vectors leave no rest. */
+static void vote_row(uint8_t *restrict alive, const uint8_t *h, const uint8_t *v,
+                     const uint8_t *v_above, const uint8_t *const valid[3])
+{
+    vote_columns(alive, h, v, v_above, valid, 0, 64);
+    vote_columns(alive, h, v, v_above, valid, 64, N);
 }
 
 /* ---- bends ---------------------------------------------------------------------------------- */
@@ -194,36 +203,66 @@ static inline void compare_corners(float *restrict more, float *restrict margin,
     const uint16_t *top = row->range, *bottom = row->range_below;
     const struct dx_row_sigma s = *sigma;
     const float scale = 1448 / 65536.0f;
+    uint16_t nearest[CELLS], ac[CELLS], bd[CELLS];
 
     for (uint32_t j = 0; j < CELLS; j++) {
-        float a = (float)top[j], b = (float)top[j + 1];
-        float c = (float)bottom[j + 1], d = (float)bottom[j];
-        float bias = sigma_of(&s, min32(min32(a, b), min32(c, d))) * scale;
+        uint16_t a = top[j], b = top[j + 1], c = bottom[j + 1], d = bottom[j];
 
-        more[j] = fabsf(a - c) - fabsf(b - d) - bias;
+        nearest[j] = min16(min16(a, c), min16(b, d));
+        ac[j] = (uint16_t)(max16(a, c) - min16(a, c));
+        bd[j] = (uint16_t)(max16(b, d) - min16(b, d));
+    }
+    for (uint32_t j = 0; j < CELLS; j++) {
+        float bias = sigma_of(&s, (float)nearest[j]) * scale;
+
+        more[j] = (float)ac[j] - (float)bd[j] - bias;
         margin[j] = ROUNDING * bias + s.off * scale;
+    }
+}
+
+static inline void choose_lanes(float *restrict out, const float *x, const float *y,
+                                const uint8_t *first)
+{
+    for (uint32_t j = 0; j < CELLS; j++) {
+        float a = x[j], b = y[j];
+
+        out[j] = first[j] ? a : b;
+    }
+}
+
+static inline void tell(uint8_t *restrict prefer_bd, uint8_t *restrict unsure, const float *more,
+                        const float *margin)
+{
+    uint16_t prefers[CELLS], sure[CELLS];
+
+    for (uint32_t j = 0; j < CELLS; j++)
+        prefers[j] = more[j] > 0;
+    for (uint32_t j = 0; j < CELLS; j++)
+        sure[j] = fabsf(more[j]) > margin[j]; /* not where it is no number */
+    for (uint32_t j = 0; j < CELLS; j++) {
+        prefer_bd[j] = (uint8_t)prefers[j];
+        unsure[j] = (uint8_t)(sure[j] ^ 1);
     }
 }
 
 static void bend_row(uint8_t *restrict prefer_bd, uint8_t *restrict unsure,
                      const struct dx_row_bend *row, const struct dx_row_sigma *sigma)
 {
-    float more[CELLS], margin[CELLS], more_here[CELLS], margin_here[CELLS];
-    uint32_t prefers[CELLS], doubts[CELLS];
+    float more[CELLS], margin[CELLS], more_0[CELLS], margin_0[CELLS];
+    float more_here[CELLS], margin_here[CELLS];
+    uint8_t all = 1;
 
+    for (uint32_t j = 0; j < CELLS; j++)
+        all &= row->outer[j];
     compare_bends(more, margin, row, sigma);
-    compare_corners(more_here, margin_here, row, sigma);
-    for (uint32_t j = 0; j < CELLS; j++) {
-        float m = row->outer[j] ? more[j] : more_here[j];
-        float e = row->outer[j] ? margin[j] : margin_here[j];
-
-        prefers[j] = m > 0;
-        doubts[j] = fabsf(m) > e ? 0 : 1; /* also where it is no number */
+    if (all) {
+        tell(prefer_bd, unsure, more, margin);
+        return;
     }
-    for (uint32_t j = 0; j < CELLS; j++) {
-        prefer_bd[j] = (uint8_t)prefers[j];
-        unsure[j] = (uint8_t)doubts[j];
-    }
+    compare_corners(more_0, margin_0, row, sigma);
+    choose_lanes(more_here, more, more_0, row->outer);
+    choose_lanes(margin_here, margin, margin_0, row->outer);
+    tell(prefer_bd, unsure, more_here, margin_here);
 }
 
 /* ---- cells ---------------------------------------------------------------------------------- */
@@ -248,11 +287,3 @@ static void code_row(uint8_t *restrict code, uint8_t *restrict even,
         even[j] = (n_bd == n_ac) & (n_ac != 0);
     }
 }
-
-#define DX_ROWS_TABLE(set_name)                                                                    \
-    {                                                                                              \
-        .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
-        .join_each = join_each_row, .vote = vote_row, .inverse = inverse_row,                      \
-        .residuals = residuals_row, .residuals_each = residuals_each_row, .bend = bend_row,        \
-        .code = code_row,                                                                          \
-    }
