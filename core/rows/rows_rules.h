@@ -88,9 +88,11 @@ static bool join_each_row(uint8_t *restrict joined, uint8_t *restrict failed,
 
 /* ---- mixed pixels --------------------------------------------------------------------------- */
 
-static inline __attribute__((always_inline)) void
-vote_columns(uint8_t *restrict alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
-             const uint8_t *const valid[3], uint32_t first, uint32_t end)
+static inline __attribute__((always_inline)) void vote_columns(uint8_t *restrict alive,
+                                                               const uint8_t *h, const uint8_t *v,
+                                                               const uint8_t *v_above,
+                                                               const uint8_t *const valid[3],
+                                                               uint32_t first, uint32_t end)
 {
     const uint8_t *above = valid[0], *here = valid[1], *below = valid[2];
 

@@ -13,7 +13,8 @@ rule() {
   rm -f "${TMPDIR:-/tmp}/includes.$$"
 }
 rule core/base 'core/base/'
-rule core/grid 'core/(base|grid)/'
+rule core/rows 'core/(base|rows)/'
+rule core/grid 'core/(base|rows|grid)/'
 rule core/wire 'core/(base|grid|wire)/'
 rule drivers '(core|drivers)/'
 rule client 'client/|core/(wire|base)/|core/grid/(geometry|tile|plane|octahedral).h'
