@@ -238,7 +238,8 @@ static uint8_t code_of(const struct dx_spans *s, const struct dx_area *a,
 
 /* ---- a missing dexel among four ------------------------------------------------------------- */
 
-/* Most drop-outs are: nothing that is spanned lies beside, so that the four edges around it tell. */
+/* Most drop-outs are: nothing that is spanned lies beside, so that the four edges around it tell.
+ */
 static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
                           const struct dx_geometry *g, uint32_t p, uint32_t q)
 {
@@ -250,10 +251,10 @@ static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
 
     if (!((nw & (ne | sw)) | (se & (ne | sw))))
         return 0; /* no side, whichever way */
-    strut.across = can_span(&across, a, gates, g) &&
-                   (!can_span(&down, a, gates, g) ||
-                    difference(a, at(&across, -1, 0), at(&across, 1, 0)) <
-                        difference(a, at(&down, -1, 0), at(&down, 1, 0)));
+    strut.across =
+        can_span(&across, a, gates, g) &&
+        (!can_span(&down, a, gates, g) || difference(a, at(&across, -1, 0), at(&across, 1, 0)) <
+                                              difference(a, at(&down, -1, 0), at(&down, 1, 0)));
     if (!strut.across && !can_span(&down, a, gates, g))
         return 0;
     strut.first = nw && (strut.across ? ne : sw) ? DX_STRUT_CHAIN : DX_STRUT_OPEN;

@@ -1,0 +1,212 @@
+/*
+ * Every instruction set gives what the generic loops give (docs/terrain.md: T6): whole tiles of
+ * random frames by all rules, and the loops over tiles on random codes.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "terrain_rig.h"
+
+/* The sets beside the generic one that this machine has. */
+static int find_sets(const struct dx_rows *sets[DX_N_SIMD])
+{
+    int n = 0;
+
+    for (enum dx_simd k = DX_SIMD_GENERIC + 1; k < DX_N_SIMD; k++)
+        if (dx_rows_get(k))
+            sets[n++] = dx_rows_get(k);
+    return n;
+}
+
+static void assert_same_tiles(const struct dx_terrain *x, const struct dx_terrain *y)
+{
+    struct dx_tile *a = calloc(1, sizeof(*a)), *b = calloc(1, sizeof(*b));
+
+    assert_true(a && b);
+    for (uint32_t k = 0; k < dx_tiling_n_tiles(dx_terrain_tiling(x)); k++) {
+        assert_int_equal(dx_terrain_tile(x, k, a), dx_terrain_tile(y, k, b));
+        assert_memory_equal(a->code, b->code, sizeof(a->code));
+        assert_memory_equal(a->strut, b->strut, sizeof(a->strut));
+    }
+    free(a);
+    free(b);
+}
+
+/* The ends of what 16 bits and the fixed point hold, equal ranges, ties. */
+static void extreme_frame(struct dx_plane *p, struct dx_rng *rng)
+{
+    static const uint32_t ends[] = {0, 1, 15, 16, 17, 32767, 32768, 65534, 65535, 65535};
+    const uint32_t step = 1 + dx_rng_below(rng, 3);
+
+    for (size_t k = 0; k < dx_plane_n_dexels(p); k++)
+        dx_plane_set_range(p, k,
+                           dx_rng_below(rng, 4) ? 16 + step * dx_rng_below(rng, 4)
+                                                : ends[dx_rng_below(rng, 10)]);
+}
+
+/* Returns the number of cells that were compared. */
+static size_t compare_frame(struct dx_rng *rng, const struct variant *v)
+{
+    const uint32_t height = 2 + dx_rng_below(rng, 140), width = 2 + dx_rng_below(rng, 140);
+    struct dx_geometry *g =
+        any_geometry(rng, height, width, (uint8_t)(dx_rng_below(rng, 8) ? 2 : 4));
+    struct dx_terrain_params q;
+    struct dx_terrain *want;
+    struct dx_plane p;
+    size_t n = 0;
+
+    assert_int_equal(dx_plane_init(&p, g->height, g->width, g->range_bytes, 0), 0);
+    (dx_rng_below(rng, 4) ? any_frame : extreme_frame)(&p, rng);
+    any_rules(&q, v, rng);
+    q.simd = DX_SIMD_GENERIC;
+    want = meshed(g, &q, &p, NULL);
+    for (q.simd = DX_SIMD_GENERIC + 1; q.simd < DX_N_SIMD; q.simd++) {
+        struct dx_terrain *got;
+
+        if (!dx_rows_get(q.simd))
+            continue;
+        got = meshed(g, &q, &p, NULL);
+        assert_same_tiles(got, want);
+        n += dx_plane_n_dexels(&p);
+        dx_terrain_free(got);
+    }
+    dx_terrain_free(want);
+    dx_plane_fini(&p);
+    dx_geometry_unref(g);
+    return n;
+}
+
+static void every_set_decides_alike(void **state)
+{
+    const size_t n_cells = long_run() ? 100000000 : 2000000;
+    const struct dx_rows *sets[DX_N_SIMD];
+    struct dx_rng rng = dx_rng_init(6, 0);
+    size_t n = 0;
+
+    (void)state;
+    if (find_sets(sets) == 0)
+        skip(); /* nothing to compare: the generic set alone */
+    for (uint32_t k = 0; n < n_cells; k++)
+        n += compare_frame(&rng, &variants[k % (uint32_t)N_VARIANTS]);
+}
+
+/* ---- the loops over tiles -------------------------------------------------------------------- */
+
+static void any_codes(struct dx_tile *tile, struct dx_rng *rng)
+{
+    const uint32_t holes = dx_rng_below(rng, 3) * dx_rng_below(rng, 40);
+
+    for (uint32_t k = 0; k < sizeof(tile->code); k++)
+        tile->code[k] = dx_rng_below(rng, 100) < holes ? (uint8_t)dx_rng_below(rng, 7)
+                                                       : (uint8_t)(3 + 3 * dx_rng_below(rng, 2));
+}
+
+struct outcome {
+    struct dx_used used;
+    uint16_t rank[DX_USED_ROOM], index[3 * DX_TILE_MAX_TRIANGLES + 8];
+    uint32_t n_used, n_index, n_floats;
+    float xyz[3 * DX_TILE_MAX_VERTICES + 3];
+};
+
+static void run_loops(struct outcome *o, const struct dx_rows *rows, const struct dx_tile *tile,
+                      const struct dx_row_spin *spin, bool flip)
+{
+    uint16_t *index = o->index;
+    float *xyz = o->xyz;
+
+    memset(o, 0, sizeof(*o));
+    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
+        uint8_t *top = o->used.at + (i + 1) * DX_BLOCK + 1;
+
+        rows->use(top, top + DX_BLOCK, tile->code + i * DX_TILE_CELLS);
+    }
+    o->n_used = rows->rank(o->rank, o->used.at, DX_USED_ROOM / 8);
+    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
+        const uint16_t *top = o->rank + (i + 1) * DX_BLOCK + 1;
+
+        index = rows->emit(index, tile->code + i * DX_TILE_CELLS, top, top + DX_BLOCK, flip);
+    }
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        xyz = rows->spin(xyz, spin, tile->range + i * DX_BLOCK, o->used.at + i * DX_BLOCK);
+    o->n_index = (uint32_t)(index - o->index);
+    o->n_floats = (uint32_t)(xyz - o->xyz);
+}
+
+/* What the loops promise, told in one line each. */
+static void check_generic(const struct outcome *o, const struct dx_tile *tile)
+{
+    uint32_t n = 0, n_triangles = 0;
+
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
+        assert_int_equal(o->rank[k], n);
+        n += o->used.at[k];
+    }
+    for (uint32_t k = 0; k < sizeof(tile->code); k++)
+        n_triangles += tile->code[k] == 0 ? 0 : tile->code[k] == 3 || tile->code[k] == 6 ? 2 : 1;
+    assert_int_equal(o->n_used, n);
+    assert_int_equal(o->n_floats, 3 * n);
+    assert_int_equal(o->n_index, 3 * n_triangles);
+}
+
+static void every_set_builds_alike(void **state)
+{
+    const struct dx_rows *sets[DX_N_SIMD];
+    const float row[6] = {0.7f, 0.1f, -0.5f, 0.01f, -0.02f, 0.3f};
+    struct outcome *want = malloc(sizeof(*want)), *got = malloc(sizeof(*got));
+    struct dx_tile *tile = calloc(1, sizeof(*tile));
+    struct dx_rng rng = dx_rng_init(6, 1);
+    const int n = find_sets(sets);
+
+    (void)state;
+    assert_true(want && got && tile);
+    for (int k = 0; k < 200; k++) {
+        struct dx_row_spin spin = {.row = row, .unit_m = 0.001f};
+        const bool flip = dx_rng_below(&rng, 2);
+
+        any_codes(tile, &rng);
+        for (uint32_t j = 0; j < DX_BLOCK_DEXELS; j++)
+            tile->range[j] = (uint32_t)(dx_rng_u64(&rng) >> (k % 2 ? 32 : 48));
+        for (uint32_t j = 0; j < DX_ROWS_SPIN; j++) {
+            spin.c[j] = (float)dx_rng_unit(&rng);
+            spin.s[j] = (float)dx_rng_unit(&rng);
+        }
+        run_loops(want, dx_rows_get(DX_SIMD_GENERIC), tile, &spin, flip);
+        check_generic(want, tile);
+        for (int s = 0; s < n; s++) {
+            run_loops(got, sets[s], tile, &spin, flip);
+            assert_int_equal(got->n_floats, want->n_floats);
+            assert_memory_equal(got->rank, want->rank, sizeof(want->rank));
+            assert_memory_equal(got->index, want->index, want->n_index * sizeof(*want->index));
+            assert_memory_equal(got->xyz, want->xyz, want->n_floats * sizeof(*want->xyz));
+        }
+    }
+    free(want);
+    free(got);
+    free(tile);
+}
+
+static void the_best_set_is_one_of_them(void **state)
+{
+    (void)state;
+    assert_non_null(dx_rows_get(DX_SIMD_GENERIC));
+    assert_non_null(dx_rows_get(DX_SIMD_AUTO));
+    for (enum dx_simd k = DX_N_SIMD - 1; k > DX_SIMD_AUTO; k--)
+        if (dx_rows_get(k)) {
+            assert_ptr_equal(dx_rows_get(DX_SIMD_AUTO), dx_rows_get(k));
+            break;
+        }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_set_decides_alike),
+        cmocka_unit_test(every_set_builds_alike),
+        cmocka_unit_test(the_best_set_is_one_of_them),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
