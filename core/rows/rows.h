@@ -10,6 +10,8 @@
 #ifndef DX_ROWS_H
 #define DX_ROWS_H
 
+#include "core/base/delta.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -66,6 +68,12 @@ struct dx_row_spin {
     const float *row;
     float unit_m;
     float c[DX_ROWS_SPIN], s[DX_ROWS_SPIN];
+};
+
+/* A block row's ranges and those of the row above, and which of them are used. */
+struct dx_row_delta {
+    const uint32_t *range, *north;
+    const uint8_t *used, *used_north;
 };
 
 struct dx_rows {
@@ -125,6 +133,18 @@ struct dx_rows {
     /* Triangles of a row of cells, as ranks of their corners; eight indices more are written. */
     uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const uint16_t *top,
                       const uint16_t *bottom, bool flip);
+
+    /* ---- encodings: block rows of tiles ---- */
+
+    /* Values of the used dexels, one after the other; eight more may be written. Returns where the
+     * next one goes. The same in 16 bits, little-endian; nothing more is written. */
+    uint32_t *(*keep)(uint32_t *out, const uint32_t *v, const uint8_t *used);
+    uint8_t *(*put16)(uint8_t *out, const uint32_t *v, const uint8_t *used);
+
+    /* Folded residuals of each predictor (delta.h) from the neighbours that are used. alone: used,
+     * and without a neighbour to tell from; the caller knows better. */
+    void (*deltas)(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], uint8_t *alone,
+                   const struct dx_row_delta *row);
 };
 
 /* NULL: this processor (or this build) has no such instructions. */

@@ -1,6 +1,7 @@
 /* All loops, and the table of them: included by each rows_SET.c, after its own put_... . */
 #include "core/rows/rows_rules.h"
 #include "core/rows/rows_tiles.h"
+#include "core/rows/rows_wire.h"
 
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
@@ -8,4 +9,5 @@
         .join_each = join_each_row, .vote = vote_row, .inverse = inverse_row,                      \
         .residuals = residuals_row, .residuals_each = residuals_each_row, .bend = bend_row,        \
         .code = code_row, .use = use_row, .rank = rank_all, .spin = spin_row, .emit = emit_row,    \
+        .keep = keep_row, .put16 = put16_row, .deltas = deltas_row,                                \
     }

@@ -11,16 +11,19 @@
 struct dx_bit_writer {
     uint8_t *p;
     uint64_t bits;
-    unsigned n; /* bits that wait; below 8 between calls */
+    unsigned n; /* bits that wait; below 32 between calls */
 };
 
 /* The n lowest bits of v, at most 32; v has no others. */
 static inline void dx_put_bits(struct dx_bit_writer *b, uint32_t v, unsigned n)
 {
     b->bits |= (uint64_t)v << b->n;
-    for (b->n += n; b->n >= 8; b->n -= 8) {
-        *b->p++ = (uint8_t)b->bits;
-        b->bits >>= 8;
+    b->n += n;
+    if (b->n >= 32) {
+        dx_put_u32(b->p, (uint32_t)b->bits);
+        b->p += 4;
+        b->bits >>= 32;
+        b->n -= 32;
     }
 }
 
@@ -35,7 +38,7 @@ static inline void dx_put_unary(struct dx_bit_writer *b, unsigned n)
 /* Fills the last byte with zeros; where the bytes end. */
 static inline uint8_t *dx_end_bits(struct dx_bit_writer *b)
 {
-    if (b->n)
+    for (; b->n > 0; b->n = b->n > 8 ? b->n - 8 : 0, b->bits >>= 8)
         *b->p++ = (uint8_t)b->bits;
     return b->p;
 }

@@ -9,7 +9,7 @@
  *   q16    cell codes, three bits each, row by row over the tile's own cells, LSB first; struts;
  *          n_vertices u16 ranges in rank order. The mask follows from the codes.
  *   delta  cell codes in groups of eight; struts; ranges as residuals of a predictor
- * (chunk_delta.h) normal section, when its bit is set: n_vertices * 2 i8
+ * (delta.h) normal section, when its bit is set: n_vertices * 2 i8
  *
  * One section stands before the encoding's part and one behind it, so that leaving out either or
  * both leaves bytes that lie together: the server never copies a chunk to cut it. An empty tile (no

@@ -1,6 +1,6 @@
 /* Decoder of the delta encoding's codes and ranges: every bit is checked. Pure functions. */
 #include "core/wire/bits.h"
-#include "core/wire/chunk_delta.h"
+#include "core/base/delta.h"
 #include "core/wire/chunk_parts.h"
 
 /* ---- cell codes ----------------------------------------------------------------------------- */

@@ -2,9 +2,12 @@
  * Encoder of the delta encoding: cell codes in groups of eight, ranges as residuals of the
  * predictor that makes the fewest bits of them. Pure functions.
  */
+#include "core/base/delta.h"
 #include "core/wire/bits.h"
-#include "core/wire/chunk_delta.h"
+#include "core/rows/rows.h"
 #include "core/wire/chunk_parts.h"
+
+#include <string.h>
 
 /* ---- cell codes ----------------------------------------------------------------------------- */
 
@@ -52,137 +55,130 @@ uint8_t *dx_delta_put_codes(uint8_t *p, const struct dx_tile *tile)
 /* ---- ranges --------------------------------------------------------------------------------- */
 
 #define MAX_BLOCKS ((DX_TILE_MAX_VERTICES + DX_DELTA_BLOCK - 1) / DX_DELTA_BLOCK)
-#define ROOM       (MAX_BLOCKS * DX_DELTA_BLOCK)
+#define ROOM       (MAX_BLOCKS * DX_DELTA_BLOCK + 8)
 
-/* Ranges and what is known of their neighbours, in rank order; zeros up to a whole block. */
-struct series {
-    uint32_t n;
-    uint32_t range[ROOM], west[ROOM], north[ROOM], north_west[ROOM];
-};
-
-static void add_row(struct series *s, const struct dx_tile *tile, const struct dx_used *used,
-                    uint32_t row)
-{
-    for (uint32_t col = 0, k = row * DX_BLOCK; col < DX_BLOCK; col++, k++) {
-        const uint32_t *at = tile->range + k;
-        const uint8_t *is = used->at + k;
-        const bool has_w = col && is[-1], has_n = row && is[-DX_BLOCK];
-        const uint32_t m = s->n;
-
-        if (!*is)
-            continue;
-        s->range[m] = *at;
-        if (has_w && has_n && is[-DX_BLOCK - 1]) {
-            s->west[m] = at[-1];
-            s->north[m] = at[-DX_BLOCK];
-            s->north_west[m] = at[-DX_BLOCK - 1];
-        } else {
-            const uint32_t last = m ? s->range[m - 1] : *at;
-
-            s->west[m] = s->north[m] = s->north_west[m] = has_w   ? at[-1]
-                                                          : has_n ? at[-DX_BLOCK]
-                                                                  : last;
-        }
-        s->n++;
-    }
-}
-
-static void make_series(struct series *s, const struct dx_tile *tile, const struct dx_used *used)
-{
-    s->n = 0;
-    for (uint32_t row = 0; row < DX_BLOCK; row++)
-        add_row(s, tile, used, row);
-    for (uint32_t m = s->n; m % DX_DELTA_BLOCK; m++) /* residuals of 0 */
-        s->range[m] = s->west[m] = s->north[m] = s->north_west[m] = 0;
-}
-
-/* Residuals of one predictor. */
+/* Folded residuals of the used dexels by each predictor, in rank order; zeros up to a whole block.
+ */
 struct residuals {
-    enum dx_delta_predictor predictor;
-    uint32_t n_bits; /* of all blocks, without their widths */
-    uint8_t width[MAX_BLOCKS];
-    uint32_t folded[ROOM];
+    uint32_t n, first; /* the first range */
+    uint32_t folded[DX_N_DELTA_PREDICTORS][ROOM];
 };
+
+/* Where the one used dexel before column `col` of a row is; `last` when there is none in it. */
+static uint32_t range_before(const struct dx_row_delta *row, uint32_t col, uint32_t last)
+{
+    while (col > 0)
+        if (row->used[--col])
+            return row->range[col];
+    return last;
+}
+
+/* Without a neighbour: the range that is coded before. */
+static void mend_alone(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], const uint8_t *alone,
+                       const struct dx_row_delta *row, uint32_t last)
+{
+    for (uint32_t col = 0; col < DX_BLOCK; col++)
+        for (int k = 0; alone[col] && k < DX_N_DELTA_PREDICTORS; k++)
+            folded[k][col] = dx_delta_fold(row->range[col] - range_before(row, col, last));
+}
+
+static void add_row(struct residuals *r, const struct dx_rows *rows, const struct dx_row_delta *row,
+                    uint32_t last)
+{
+    uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], n = 0;
+    uint8_t alone[DX_ROWS_SPIN];
+
+    rows->deltas(folded, alone, row);
+    if (memchr(alone, 1, DX_BLOCK))
+        mend_alone(folded, alone, row, last);
+    for (int k = 0; k < DX_N_DELTA_PREDICTORS; k++)
+        n = (uint32_t)(rows->keep(r->folded[k] + r->n, folded[k], row->used) - r->folded[k]);
+    r->n = n;
+}
+
+static void find_residuals(struct residuals *r, const struct dx_tile *tile,
+                           const struct dx_used *used)
+{
+    static const uint8_t none[DX_ROWS_SPIN];
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+    const uint8_t *first = memchr(used->at, 1, DX_BLOCK_DEXELS);
+    uint32_t last = r->first = first ? tile->range[first - used->at] : 0;
+
+    r->n = 0;
+    for (uint32_t row = 0; row < DX_BLOCK; row++) {
+        const uint32_t at = row * DX_BLOCK, north = row ? at - DX_BLOCK : at;
+        const struct dx_row_delta d = {tile->range + at, tile->range + north, used->at + at,
+                                       row ? used->at + north : none};
+
+        if (!memchr(d.used, 1, DX_BLOCK))
+            continue;
+        add_row(r, rows, &d, last);
+        last = range_before(&d, DX_BLOCK, last);
+    }
+    for (int k = 0; k < DX_N_DELTA_PREDICTORS; k++)
+        memset(r->folded[k] + r->n, 0, DX_DELTA_BLOCK * sizeof(r->folded[k][0]));
+}
+
+/* ---- blocks --------------------------------------------------------------------------------- */
 
 static uint8_t width_of(uint32_t bits)
 {
     return bits ? (uint8_t)(32 - __builtin_clz(bits)) : 0;
 }
 
-/* Inlined with each predictor, so that a block is a loop without branches. */
-static inline __attribute__((always_inline)) void predict_all(struct residuals *restrict r,
-                                                              const struct series *restrict s,
-                                                              enum dx_delta_predictor predictor)
+/* Widths of the blocks; returns the bits of all of them, without the widths'. */
+static uint32_t find_widths(uint8_t width[MAX_BLOCKS], const uint32_t *folded, uint32_t n)
 {
-    r->predictor = predictor;
-    r->n_bits = 0;
-    for (uint32_t at = 0; at < s->n; at += DX_DELTA_BLOCK) {
-        const uint32_t *range = s->range + at, *w = s->west + at, *n = s->north + at;
-        const uint32_t *nw = s->north_west + at;
-        uint32_t *folded = r->folded + at, all = 0;
-        uint32_t left = s->n - at < DX_DELTA_BLOCK ? s->n - at : DX_DELTA_BLOCK;
+    uint32_t n_bits = 0;
 
-        for (uint32_t m = 0; m < DX_DELTA_BLOCK; m++) {
-            folded[m] = dx_delta_fold(range[m] - dx_delta_predict(predictor, w[m], n[m], nw[m]));
-            all |= folded[m];
-        }
-        r->width[at / DX_DELTA_BLOCK] = width_of(all);
-        r->n_bits += width_of(all) * left;
+    for (uint32_t at = 0; at < n; at += DX_DELTA_BLOCK) {
+        const uint32_t *block = folded + at;
+        uint32_t all = 0, left = n - at < DX_DELTA_BLOCK ? n - at : DX_DELTA_BLOCK;
+
+        for (uint32_t m = 0; m < DX_DELTA_BLOCK; m++)
+            all |= block[m];
+        width[at / DX_DELTA_BLOCK] = width_of(all);
+        n_bits += width_of(all) * left;
     }
+    return n_bits;
 }
 
-static void try_predictor(struct residuals *r, const struct series *s,
-                          enum dx_delta_predictor predictor)
-{
-    switch (predictor) {
-    case DX_DELTA_PLANAR:
-        predict_all(r, s, DX_DELTA_PLANAR);
-        break;
-    case DX_DELTA_MEAN:
-        predict_all(r, s, DX_DELTA_MEAN);
-        break;
-    case DX_DELTA_LEFT:
-        predict_all(r, s, DX_DELTA_LEFT);
-        break;
-    default:
-        predict_all(r, s, DX_DELTA_MEDIAN);
-    }
-}
-
-static uint8_t *put_blocks(uint8_t *p, const struct residuals *r, uint32_t n)
+static uint8_t *put_blocks(uint8_t *p, const uint32_t *folded, const uint8_t width[MAX_BLOCKS],
+                           uint32_t n)
 {
     struct dx_bit_writer b = {p, 0, 0};
     uint8_t before = 0;
 
     for (uint32_t at = 0; at < n; at += DX_DELTA_BLOCK) {
-        const uint32_t end = n - at < DX_DELTA_BLOCK ? n : at + DX_DELTA_BLOCK;
-        const uint8_t width = r->width[at / DX_DELTA_BLOCK];
+        const uint32_t *block = folded + at;
+        const uint32_t left = n - at < DX_DELTA_BLOCK ? n - at : DX_DELTA_BLOCK;
+        const uint8_t w = width[at / DX_DELTA_BLOCK];
 
-        dx_put_unary(&b, dx_delta_fold((uint32_t)width - before));
-        for (uint32_t m = at; m < end; m++)
-            dx_put_bits(&b, r->folded[m], width);
-        before = width;
+        dx_put_unary(&b, dx_delta_fold((uint32_t)w - before));
+        for (uint32_t m = 0; m < left; m++)
+            dx_put_bits(&b, block[m], w);
+        before = w;
     }
     return dx_end_bits(&b);
 }
 
 uint8_t *dx_delta_put_ranges(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
-    struct residuals tried[2], *best = &tried[0], *other = &tried[1];
-    struct series s;
+    uint8_t width[DX_N_DELTA_PREDICTORS][MAX_BLOCKS];
+    uint32_t least = UINT32_MAX;
+    struct residuals r;
+    int best = 0;
 
-    make_series(&s, tile, used);
-    try_predictor(best, &s, 0);
-    for (enum dx_delta_predictor k = 1; k < DX_N_DELTA_PREDICTORS; k++) {
-        try_predictor(other, &s, k);
-        if (other->n_bits < best->n_bits) {
-            struct residuals *swap = best;
+    find_residuals(&r, tile, used);
+    for (int k = 0; k < DX_N_DELTA_PREDICTORS; k++) {
+        const uint32_t n_bits = find_widths(width[k], r.folded[k], r.n);
 
-            best = other;
-            other = swap;
+        if (n_bits < least) {
+            least = n_bits;
+            best = k;
         }
     }
-    *p++ = (uint8_t)best->predictor;
-    dx_put_u32(p, s.range[0]);
-    return put_blocks(p + 4, best, s.n);
+    *p++ = (uint8_t)best;
+    dx_put_u32(p, r.first);
+    return put_blocks(p + 4, r.folded[best], width[best], r.n);
 }

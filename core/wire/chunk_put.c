@@ -2,6 +2,7 @@
  * Chunk encoders: the last step of the frame path before the socket, called by pool threads on
  * memory of the feed's arena. Pure functions.
  */
+#include "core/rows/rows.h"
 #include "core/wire/bits.h"
 #include "core/wire/chunk_parts.h"
 
@@ -123,23 +124,12 @@ static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
     return dx_end_bits(&b);
 }
 
-static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
+static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
-    for (uint32_t byte = 0; byte < DX_MASK_BYTES; byte++) {
-        const uint32_t *range = tile->range + 8 * byte;
-        uint32_t bits = mask[byte];
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
 
-        if (bits == 0xff) {
-            for (int i = 0; i < 8; i++)
-                dx_put_u16(p + 2 * i, (uint16_t)range[i]);
-            p += 16;
-            continue;
-        }
-        for (; bits; bits &= bits - 1) {
-            dx_put_u16(p, (uint16_t)range[__builtin_ctz(bits)]);
-            p += 2;
-        }
-    }
+    for (uint32_t at = 0; at < DX_BLOCK_DEXELS; at += DX_BLOCK)
+        p = rows->put16(p, tile->range + at, used->at + at);
     return p;
 }
 
@@ -203,7 +193,7 @@ static size_t put_tile(uint8_t *out, const struct dx_tile *tile, enum dx_encodin
     p = put_tile_attrs(put_header(out, &h), tile, mask);
     if (encoding == DX_ENCODING_Q16) {
         p = dx_chunk_put_struts(put_codes(p, tile), tile);
-        p = put_ranges(p, tile, mask);
+        p = put_ranges(p, tile, &used);
     } else {
         p = dx_chunk_put_struts(dx_delta_put_codes(p, tile), tile);
         p = dx_delta_put_ranges(p, tile, &used);

@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <cmocka.h>
 
-#include "core/wire/chunk_delta.h"
+#include "core/base/delta.h"
 #include "tests/unit/tile_fixture.h"
 
 static struct dx_tile tile;

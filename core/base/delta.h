@@ -8,10 +8,10 @@
  * 1.41 s (left); away from the plane the order turns round. So the encoder tries all and says which
  * it took: no one of them is best in every tile.
  */
-#ifndef DX_CHUNK_DELTA_H
-#define DX_CHUNK_DELTA_H
+#ifndef DX_DELTA_H
+#define DX_DELTA_H
 
-#include "core/grid/tile.h"
+#include <stdint.h>
 
 enum dx_delta_predictor {
     DX_DELTA_PLANAR = 0, /* W + N - NW */
