@@ -109,49 +109,26 @@ static unsigned side_triangles(struct dx_strut_corner (*out)[3], const struct dx
     return 2;
 }
 
-/* Struts over one dexel with dexels on its sides: nearly all of them, and their triangles are
- * known. The first side alone, the second alone. */
-#define LONE(across, first, second)                                                                \
-    (1 + (2 * (across)*DX_STRUT_FIRST_SIDES + (first)) * DX_STRUT_SECOND_SIDES + (second))
-#define CHAIN DX_STRUT_CHAIN
-
-static unsigned lone_triangles(struct dx_strut_corner (*out)[3], uint8_t code)
+static unsigned lone_triangles(struct dx_strut_corner (*out)[3], const struct dx_lone_strut *s)
 {
     static const struct dx_strut_corner side[2][2][3] = {
         {{{-1, 0}, {1, 0}, {0, -1}}, {{-1, 0}, {0, 1}, {1, 0}}},
         {{{0, -1}, {-1, 0}, {0, 1}}, {{0, -1}, {0, 1}, {1, 0}}},
     };
-    const bool across = code >= LONE(1, 0, 0);
-    const unsigned sides = code - (unsigned)LONE(across, 0, 0); /* 1, 11 or 12 */
-    const unsigned n_first = sides >= DX_STRUT_SECOND_SIDES;
 
-    memcpy(out[0], side[across][!n_first], sizeof(*out));
-    memcpy(out[1], side[across][1], sizeof(*out));
-    return n_first + (sides != DX_STRUT_SECOND_SIDES);
-}
-
-static bool is_lone(uint8_t code)
-{
-    switch (code) {
-    case LONE(0, 0, CHAIN):
-    case LONE(0, CHAIN, 0):
-    case LONE(0, CHAIN, CHAIN):
-    case LONE(1, 0, CHAIN):
-    case LONE(1, CHAIN, 0):
-    case LONE(1, CHAIN, CHAIN):
-        return true;
-    default:
-        return false;
-    }
+    memcpy(out[0], side[s->across][!s->first], sizeof(*out));
+    memcpy(out[1], side[s->across][1], sizeof(*out));
+    return (unsigned)s->first + s->second;
 }
 
 unsigned dx_strut_triangles(struct dx_strut_corner out[DX_STRUT_MAX_TRIANGLES][3], uint8_t code)
 {
+    struct dx_lone_strut lone;
     struct dx_strut s;
     unsigned n;
 
-    if (is_lone(code))
-        return lone_triangles(out, code);
+    if (dx_strut_is_lone(&lone, code))
+        return lone_triangles(out, &lone);
     if (!dx_strut_decode(&s, code))
         return 0;
     n = side_triangles(out, &s, s.first, -1);

@@ -47,6 +47,24 @@ uint8_t dx_strut_code(const struct dx_strut *s);
  * both sides open makes nothing and has no code either. */
 bool dx_strut_decode(struct dx_strut *s, uint8_t code);
 
+/* Struts over one dexel with dexels on its sides: nearly all there are. */
+struct dx_lone_strut {
+    bool across, first, second; /* sides that are closed */
+};
+
+/* False: the strut is of another kind. */
+static inline bool dx_strut_is_lone(struct dx_lone_strut *s, uint8_t code)
+{
+    const unsigned n_across =
+        2 * DX_STRUT_FIRST_SIDES * DX_STRUT_SECOND_SIDES; /* their first code */
+    const unsigned second = 1 + DX_STRUT_CHAIN, first = 1 + DX_STRUT_CHAIN * DX_STRUT_SECOND_SIDES;
+    const bool across = code > n_across;
+    const unsigned sides = across ? code - n_across : code;
+
+    *s = (struct dx_lone_strut){across, sides >= first, sides != first};
+    return sides == second || sides == first || sides == first + DX_STRUT_CHAIN;
+}
+
 /* A vertex relative to C. */
 struct dx_strut_corner {
     int8_t row, col;

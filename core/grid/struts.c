@@ -238,47 +238,77 @@ static uint8_t code_of(const struct dx_spans *s, const struct dx_area *a,
 
 /* ---- a missing dexel among four ------------------------------------------------------------- */
 
-/* Most drop-outs are: nothing that is spanned lies beside, so that the four edges around it tell.
- */
+/* The constants of struts over one dexel of a row, down and across. */
+struct lone_row {
+    uint32_t c[2];
+    bool faces[2];
+};
+
+static struct lone_row lone_row(const struct dx_area *a, const struct dx_gates *gates,
+                                const struct dx_geometry *g, uint32_t p, uint32_t q)
+{
+    const uint32_t row = dx_area_row(a, p), col = dx_area_col(a, q, g->width);
+    struct lone_row r;
+
+    for (unsigned across = 0; across < 2; across++) {
+        r.c[across] = dx_gates_span(gates, g, across, 1, row, col);
+        r.faces[across] = dx_gates_faces(gates, g, across, 1, row, col);
+    }
+    return r;
+}
+
+/* Most drop-outs are lone: nothing that is spanned lies beside, so that the four edges around tell.
+ * As few branches as may be: each of them would be a coin toss. */
 static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
-                          const struct dx_geometry *g, uint32_t p, uint32_t q)
+                          const struct lone_row *row, uint32_t p, uint32_t q)
 {
     const bool nw = dx_area_edge(a, DX_EDGE_BD, p - 1, q - 1);
     const bool ne = dx_area_edge(a, DX_EDGE_AC, p - 1, q);
     const bool sw = dx_area_edge(a, DX_EDGE_AC, p, q - 1), se = dx_area_edge(a, DX_EDGE_BD, p, q);
-    const struct run down = {p, q, false, 1}, across = {p, q, true, 1};
+    const struct place n = {p - 1, q}, s = {p + 1, q}, w = {p, q - 1}, e = {p, q + 1};
+    bool down = a->alive[p - 1][q] & a->alive[p + 1][q] & row->faces[0] &
+                dx_gates_pass(gates, range_at(a, n), range_at(a, s), row->c[0]);
+    bool across = a->alive[p][q - 1] & a->alive[p][q + 1] & row->faces[1] &
+                  dx_gates_pass(gates, range_at(a, w), range_at(a, e), row->c[1]);
     struct dx_strut strut = {.len = 1};
 
-    if (!((nw & (ne | sw)) | (se & (ne | sw))))
-        return 0; /* no side, whichever way */
-    strut.across =
-        can_span(&across, a, gates, g) &&
-        (!can_span(&down, a, gates, g) || difference(a, at(&across, -1, 0), at(&across, 1, 0)) <
-                                              difference(a, at(&down, -1, 0), at(&down, 1, 0)));
-    if (!strut.across && !can_span(&down, a, gates, g))
-        return 0;
-    strut.first = nw && (strut.across ? ne : sw) ? DX_STRUT_CHAIN : DX_STRUT_OPEN;
-    strut.second = se && (strut.across ? sw : ne) ? DX_STRUT_CHAIN : DX_STRUT_OPEN;
-    return strut.first || strut.second ? dx_strut_code(&strut) : 0;
+    if (gates->cap) {
+        down = down && within_cap(a, gates, n, s);
+        across = across && within_cap(a, gates, w, e);
+    }
+    strut.across = across & (!down | (difference(a, w, e) < difference(a, n, s)));
+    strut.first = nw & (strut.across ? ne : sw); /* DX_STRUT_CHAIN or _OPEN */
+    strut.second = se & (strut.across ? sw : ne);
+    return (down | across) & (strut.first | strut.second) ? dx_strut_code(&strut) : 0;
 }
 
-/* Cells j to j + 7 of the tile's row i, as far as there are so many. */
-static void code_eight(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
-                       const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i,
-                       uint32_t j, uint32_t cols)
+/* ---- rows ----------------------------------------------------------------------------------- */
+
+/* The first `cols` dexels of the tile's row i. */
+static void code_row(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
+                     const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i,
+                     uint32_t cols)
 {
     const uint32_t p = DX_MARGIN + i;
+    struct lone_row row;
+    bool has_row = false;
 
-    for (uint64_t out = ~dx_get_u64(a->valid[p] + DX_MARGIN + j) & EACH; out; out &= out - 1) {
-        const uint32_t k = j + (uint32_t)__builtin_ctzll(out) / 8, q = DX_MARGIN + k;
+    for (uint32_t j = 0; j < cols; j += 8)
+        for (uint64_t out = ~dx_get_u64(a->valid[p] + DX_MARGIN + j) & EACH; out; out &= out - 1) {
+            const uint32_t k = j + (uint32_t)__builtin_ctzll(out) / 8, q = DX_MARGIN + k;
 
-        if (k >= cols)
-            return;
-        if (is_alone(a, p, q))
-            strut[k] = code_alone(a, gates, g, p, q);
-        else if (spans->at[p][q])
-            strut[k] = code_of(spans, a, gates, p, q);
-    }
+            if (k >= cols)
+                break;
+            if (!is_alone(a, p, q)) {
+                if (spans->at[p][q])
+                    strut[k] = code_of(spans, a, gates, p, q);
+                continue;
+            }
+            if (!has_row || gates->per_dexel)
+                row = lone_row(a, gates, g, p, q);
+            has_row = true;
+            strut[k] = code_alone(a, gates, &row, p, q);
+        }
 }
 
 void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
@@ -295,6 +325,5 @@ void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, cons
         return;
     choose_all(spans, a, gates, g);
     for (uint32_t i = 0; i < rows; i++)
-        for (uint32_t j = 0; j < cols; j += 8)
-            code_eight(strut + (i + 1) * DX_BLOCK + 1, spans, a, gates, g, i, j, cols);
+        code_row(strut + (i + 1) * DX_BLOCK + 1, spans, a, gates, g, i, cols);
 }

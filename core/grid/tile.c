@@ -31,21 +31,49 @@ uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
     return n;
 }
 
+static uint16_t *emit_strut(uint16_t *out, const uint16_t *rank, uint8_t code, bool flip)
+{
+    struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+    const unsigned n = dx_strut_triangles(triangle, code);
+
+    for (unsigned t = 0; t < n; t++)
+        for (int m = 0; m < 3; m++) {
+            const struct dx_strut_corner c = triangle[t][flip && m ? 3 - m : m];
+
+            *out++ = rank[c.row * DX_BLOCK + c.col];
+        }
+    return out;
+}
+
+/* Both triangles are written, and kept if they are there. */
+static uint16_t *emit_lone(uint16_t *out, const uint16_t *rank, const struct dx_lone_strut *s,
+                           bool flip)
+{
+    const int along = s->across ? 1 : DX_BLOCK, beside = s->across ? DX_BLOCK : 1;
+    const uint16_t begin = rank[-along], end = rank[along];
+    const bool turn = s->across == flip; /* of the first side; the second runs the other way */
+
+    out[0] = begin;
+    out[1 + turn] = rank[-beside];
+    out[1 + !turn] = end;
+    out += 3 * s->first;
+    out[0] = begin;
+    out[1 + !turn] = rank[beside];
+    out[1 + turn] = end;
+    return out + 3 * s->second;
+}
+
 static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile,
                              const uint16_t rank[DX_BLOCK_DEXELS], bool flip)
 {
     for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
          k = dx_tile_next_strut(tile, k + 1)) {
-        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
-        unsigned n = dx_strut_triangles(triangle, tile->strut[k]);
+        struct dx_lone_strut s;
 
-        for (unsigned t = 0; t < n; t++) {
-            const struct dx_strut_corner *p = triangle[t];
-
-            *out++ = rank[dx_tile_strut_corner(k, p[0])];
-            *out++ = rank[dx_tile_strut_corner(k, p[flip ? 2 : 1])];
-            *out++ = rank[dx_tile_strut_corner(k, p[flip ? 1 : 2])];
-        }
+        if (dx_strut_is_lone(&s, tile->strut[k]))
+            out = emit_lone(out, rank + k, &s, flip);
+        else
+            out = emit_strut(out, rank + k, tile->strut[k], flip);
     }
     return out;
 }

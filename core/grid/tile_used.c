@@ -16,16 +16,32 @@ static void mark_cells(struct dx_used *used, const struct dx_tile *tile)
     }
 }
 
+static void mark_strut(uint8_t *used, uint8_t code)
+{
+    struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+    const unsigned n = dx_strut_triangles(triangle, code);
+
+    for (unsigned t = 0; t < n; t++)
+        for (int m = 0; m < 3; m++)
+            used[triangle[t][m].row * DX_BLOCK + triangle[t][m].col] = 1;
+}
+
 static void mark_struts(struct dx_used *used, const struct dx_tile *tile)
 {
     for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
          k = dx_tile_next_strut(tile, k + 1)) {
-        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
-        unsigned n = dx_strut_triangles(triangle, tile->strut[k]);
+        uint8_t *at = used->at + k;
+        struct dx_lone_strut s;
 
-        for (unsigned t = 0; t < n; t++)
-            for (int m = 0; m < 3; m++)
-                used->at[dx_tile_strut_corner(k, triangle[t][m])] = 1;
+        if (dx_strut_is_lone(&s, tile->strut[k])) {
+            const int along = s.across ? 1 : DX_BLOCK, beside = s.across ? DX_BLOCK : 1;
+
+            at[-along] = at[along] = 1;
+            at[-beside] |= s.first;
+            at[beside] |= s.second;
+        } else {
+            mark_strut(at, tile->strut[k]);
+        }
     }
 }
 
