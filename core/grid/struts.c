@@ -7,7 +7,6 @@
 
 /* A way to be spanned: one more than DX_SPAN(across, len) * 2 + place in the run (0 or 1). */
 #define NOT_SPANNED 0
-#define EACH        0x0101010101010101u /* of eight bytes */
 
 static uint8_t span_of(bool across, uint8_t len, unsigned place)
 {
@@ -100,30 +99,28 @@ static uint8_t choose(const struct dx_area *a, const struct dx_gates *gates,
     return best ? span_of(best->across, best->len, p != best->p || q != best->q) : NOT_SPANNED;
 }
 
-/* Whether its four neighbours are there: then no other strut looks at it. */
-static bool is_alone(const struct dx_area *a, uint32_t p, uint32_t q)
-{
-    return a->valid[p - 1][q] & a->valid[p + 1][q] & a->valid[p][q - 1] & a->valid[p][q + 1];
-}
-
-/* Missing dexels of the tile and one around it: what a strut's neighbour has chosen. */
+/* Missing dexels of the tile and one around it: what a strut's neighbour has chosen. Outside the
+ * grid: without ends to span from. */
 static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g)
 {
     const uint32_t before = gates->bridge > 1; /* only struts over two look back */
     const uint32_t end = DX_MARGIN + a->n_rows + 2, right = DX_MARGIN + a->n_cols + 2;
+    uint8_t crowded[DX_ROWS_N + 8];
 
     for (uint32_t p = DX_MARGIN - before; p < end; p++) {
+        const uint8_t *const valid[3] = {a->valid[p - 1], a->valid[p], a->valid[p + 1]};
+        const bool in_grid = a->row0 + p >= 0 && a->row0 + p < g->height;
+
         memset(s->at[p], NOT_SPANNED, sizeof(s->at[p]));
-        if (a->row0 + p < 0 || a->row0 + p >= g->height)
+        s->has[p] = gates->rows->missing(s->lone[p], crowded, valid);
+        if (!s->has[p].crowded || !in_grid)
             continue;
-        /* most are there: look at eight at once. Outside the grid: without ends to span from */
         for (uint32_t q = DX_MARGIN - before; q < right; q += 8)
-            for (uint64_t out = ~dx_get_u64(a->valid[p] + q) & EACH; out; out &= out - 1) {
+            for (uint64_t out = dx_get_u64(crowded + q); out; out &= out - 1) {
                 const uint32_t k = q + (uint32_t)__builtin_ctzll(out) / 8;
 
-                if (!is_alone(a, p, k))
-                    s->at[p][k] = choose(a, gates, g, p, k);
+                s->at[p][k] = choose(a, gates, g, p, k);
             }
     }
 }
@@ -285,30 +282,37 @@ static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
 /* ---- rows ----------------------------------------------------------------------------------- */
 
 /* The first `cols` dexels of the tile's row i. */
-static void code_row(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
-                     const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i,
-                     uint32_t cols)
+static void code_lone(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
+                      const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i,
+                      uint32_t cols)
 {
     const uint32_t p = DX_MARGIN + i;
     struct lone_row row;
     bool has_row = false;
 
     for (uint32_t j = 0; j < cols; j += 8)
-        for (uint64_t out = ~dx_get_u64(a->valid[p] + DX_MARGIN + j) & EACH; out; out &= out - 1) {
-            const uint32_t k = j + (uint32_t)__builtin_ctzll(out) / 8, q = DX_MARGIN + k;
+        for (uint64_t lone = dx_get_u64(spans->lone[p] + DX_MARGIN + j); lone; lone &= lone - 1) {
+            const uint32_t k = j + (uint32_t)__builtin_ctzll(lone) / 8;
 
             if (k >= cols)
                 break;
-            if (!is_alone(a, p, q)) {
-                if (spans->at[p][q])
-                    strut[k] = code_of(spans, a, gates, p, q);
-                continue;
-            }
             if (!has_row || gates->per_dexel)
-                row = lone_row(a, gates, g, p, q);
+                row = lone_row(a, gates, g, p, DX_MARGIN + k);
             has_row = true;
-            strut[k] = code_alone(a, gates, &row, p, q);
+            strut[k] = code_alone(a, gates, &row, p, DX_MARGIN + k);
         }
+}
+
+static void code_spanned(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
+                         const struct dx_gates *gates, uint32_t i, uint32_t cols)
+{
+    const uint32_t p = DX_MARGIN + i;
+
+    for (uint32_t j = 0; j < cols; j += 8)
+        if (dx_get_u64(spans->at[p] + DX_MARGIN + j))
+            for (uint32_t k = j; k < j + 8 && k < cols; k++)
+                if (spans->at[p][DX_MARGIN + k])
+                    strut[k] = code_of(spans, a, gates, p, DX_MARGIN + k);
 }
 
 void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
@@ -324,6 +328,12 @@ void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, cons
     if (gates->bridge == 0)
         return;
     choose_all(spans, a, gates, g);
-    for (uint32_t i = 0; i < rows; i++)
-        code_row(strut + (i + 1) * DX_BLOCK + 1, spans, a, gates, g, i, cols);
+    for (uint32_t i = 0; i < rows; i++) {
+        uint8_t *out = strut + (i + 1) * DX_BLOCK + 1;
+
+        if (spans->has[DX_MARGIN + i].crowded)
+            code_spanned(out, spans, a, gates, i, cols);
+        if (spans->has[DX_MARGIN + i].lone)
+            code_lone(out, spans, a, gates, g, i, cols);
+    }
 }

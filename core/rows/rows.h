@@ -57,6 +57,11 @@ struct dx_row_bend {
     const uint8_t *outer; /* the four samples beyond the corners are there and joined */
 };
 
+/* Whether there are such in a row. */
+struct dx_row_missing {
+    bool lone, crowded;
+};
+
 /* Joined edges of a row of cells, and which of its dexels are alive; from the first cell on. */
 struct dx_row_edges {
     const uint8_t *h, *h_below, *v, *ac, *bd, *alive, *alive_below;
@@ -97,6 +102,10 @@ struct dx_rows {
      * below. */
     void (*vote)(uint8_t *alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
                  const uint8_t *const valid[3]);
+
+    /* Missing dexels of which all four neighbours are there, and the others, from column 1 on. */
+    struct dx_row_missing (*missing)(uint8_t *lone, uint8_t *crowded,
+                                     const uint8_t *const valid[3]);
 
     /* 2^40 / r in f32; huge for r below 16, which integers take for missing; 0 for 0. */
     void (*inverse)(float *out, const uint16_t *range);
