@@ -4,15 +4,15 @@
 #include "core/grid/edges.h"
 #include "core/grid/mixed.h"
 
-void dx_rules_apply(struct dx_tile *tile, struct dx_rules_scratch *s, const struct dx_plane *plane,
-                    const struct dx_tiling *tiling, const struct dx_geometry *g,
-                    const struct dx_gates *gates)
+void dx_rules_apply(const struct dx_outcome *out, struct dx_rules_scratch *s,
+                    const struct dx_plane *plane, const struct dx_tiling *tiling,
+                    const struct dx_geometry *g, const struct dx_gates *gates)
 {
-    dx_area_gather(&s->area, plane, tiling, g, gates, tile->row, tile->col);
+    dx_area_gather(&s->area, plane, tiling, g, gates, out->row, out->col);
     dx_edges_join(&s->area, gates, g);
     dx_mixed_find(&s->area, gates);
-    dx_cells_code(tile->code, &s->diagonal, &s->area, gates, g, tiling);
-    dx_struts_code(tile->strut, &s->spans, &s->area, gates, g, tiling);
+    dx_cells_code(out->code, &s->diagonal, &s->area, gates, g, tiling);
+    dx_struts_code(out->strut, &s->spans, &s->area, gates, g, tiling);
 }
 
 bool dx_rules_any(const struct dx_tile *tile)

@@ -19,8 +19,15 @@ struct dx_rules_scratch {
     struct dx_spans spans;
 };
 
-/* Codes and struts of `tile`, whose row and col say which it is. */
-void dx_rules_apply(struct dx_tile *tile, struct dx_rules_scratch *scratch,
+/* The outcome of a tile: as in struct dx_tile. */
+struct dx_outcome {
+    uint32_t row, col; /* of the tile */
+    uint8_t *code;     /* DX_TILE_CELLS^2 */
+    uint8_t *strut;    /* DX_BLOCK_DEXELS */
+};
+
+/* Fills the codes and struts of `out`, whose row and col say which tile it is. */
+void dx_rules_apply(const struct dx_outcome *out, struct dx_rules_scratch *scratch,
                     const struct dx_plane *plane, const struct dx_tiling *tiling,
                     const struct dx_geometry *g, const struct dx_gates *gates);
 

@@ -186,10 +186,12 @@ static void decide_tile(void *ctx, uint32_t task, unsigned thread)
     size_t number = t->task[task];
     struct scratch *s = &t->scratch[thread];
 
-    dx_terrain_describe(t, t->task[task], &s->tile);
-    dx_rules_apply(&s->tile, &s->rules, &t->published, &t->tiling, t->geometry, &t->gates);
-    memcpy(t->code + number * sizeof(s->tile.code), s->tile.code, sizeof(s->tile.code));
-    memcpy(t->strut + number * sizeof(s->tile.strut), s->tile.strut, sizeof(s->tile.strut));
+    const struct dx_outcome out = {.row = (uint32_t)(number / t->tiling.cols),
+                                   .col = (uint32_t)(number % t->tiling.cols),
+                                   .code = t->code + number * DX_TILE_CELLS * DX_TILE_CELLS,
+                                   .strut = t->strut + number * DX_BLOCK_DEXELS};
+
+    dx_rules_apply(&out, &s->rules, &t->published, &t->tiling, t->geometry, &t->gates);
 }
 
 /* Phase two: whether it has changed. After all outcomes, since normals look at neighbours. Tasks

@@ -93,14 +93,26 @@ uint32_t dx_tile_emit(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_D
     return (uint32_t)(out - index) / 3;
 }
 
+/* Ranges that all fit 16 bits, as nearly all do, by their low halves alone. */
+static uint64_t hash_ranges(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
+{
+    uint16_t low[DX_USED_ROOM];
+    uint32_t high[DX_BLOCK_DEXELS];
+    uint32_t all = dx_rows_get(DX_SIMD_AUTO)->narrow(low, tile->range, used->at, DX_USED_ROOM / 8);
+
+    h = dx_hash(h, low, sizeof(low));
+    if (all >> 16 == 0)
+        return h;
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        high[k] = tile->range[k] >> 16 & -(uint32_t)used->at[k];
+    return dx_hash(h, high, sizeof(high));
+}
+
 static uint64_t hash_samples(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
 {
-    uint32_t range[DX_BLOCK_DEXELS];
     uint16_t sample[DX_BLOCK_DEXELS];
 
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        range[k] = tile->range[k] & -(uint32_t)used->at[k];
-    h = dx_hash(h, range, sizeof(range));
+    h = hash_ranges(h, tile, used);
     if (tile->attr_bytes) {
         for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
             sample[k] = (uint16_t)(tile->attr[k] & -used->at[k]);

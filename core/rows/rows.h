@@ -134,6 +134,10 @@ struct dx_rows {
     /* Used dexels before each of 8 n_eights; returns how many there are. */
     uint32_t (*rank)(uint16_t *rank, const uint8_t *used, uint32_t n_eights);
 
+    /* Low halves of the used dexels' ranges, 0 for the others; returns all their bits. */
+    uint32_t (*narrow)(uint16_t *out, const uint32_t *range, const uint8_t *used,
+                       uint32_t n_eights);
+
     /* Points of the used dexels of a block row, metres, one after the other; three floats more are
      * written. Returns where the next one goes. */
     float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range,

@@ -8,6 +8,7 @@
         .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
         .join_each = join_each_row, .vote = vote_row, .missing = missing_row,                      \
         .inverse = inverse_row, .residuals = residuals_row, .residuals_each = residuals_each_row,  \
-        .bend = bend_row, .code = code_row, .use = use_row, .rank = rank_all, .spin = spin_row,    \
-        .emit = emit_row, .keep = keep_row, .put16 = put16_row, .deltas = deltas_row,              \
+        .bend = bend_row, .code = code_row, .use = use_row, .rank = rank_all,                      \
+        .narrow = narrow_all, .spin = spin_row, .emit = emit_row, .keep = keep_row,                \
+        .put16 = put16_row, .deltas = deltas_row,                                                  \
     }

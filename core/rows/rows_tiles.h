@@ -45,6 +45,20 @@ static uint32_t rank_all(uint16_t *restrict rank, const uint8_t *used, uint32_t 
     return n;
 }
 
+static uint32_t narrow_all(uint16_t *restrict out, const uint32_t *range, const uint8_t *used,
+                           uint32_t n_eights)
+{
+    uint32_t all = 0;
+
+    for (size_t k = 0; k < 8 * (size_t)n_eights; k++) {
+        uint32_t r = used[k] ? range[k] : 0;
+
+        out[k] = (uint16_t)r;
+        all |= r;
+    }
+    return all;
+}
+
 static inline float *keep_points(float *restrict out, const float *x, const float *y,
                                  const float *z, const uint8_t *used, uint32_t n)
 {
