@@ -129,8 +129,7 @@ static int run_size(const struct dx_bench_args *a, struct dx_bench_size size,
     if (r < 0) {
         fprintf(stderr, "dexel bench rules: %ux%u: %s\n", size.width, size.height, strerror(-r));
     } else {
-        for (uint32_t k = 0; k < 2; k++) /* warm: gates, pages, caches */
-            run_round(b, 0);
+        run_round(b, 0); /* warm: gates, pages, caches */
         for (uint32_t k = 0; k < b->n_rounds; k++)
             run_round(b, k);
         tell(table, b, size);

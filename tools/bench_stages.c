@@ -100,8 +100,7 @@ static void run_round(struct bench *b, uint32_t round)
 
 static void measure(struct bench *b)
 {
-    for (uint32_t k = 0; k < 2; k++) /* warm: gates, pages, caches */
-        run_round(b, 0);
+    run_round(b, 0); /* warm: gates, pages, caches */
     for (uint32_t k = 0; k < b->args->n_threads; k++)
         b->lane[k].n_allocations = 0;
     for (uint32_t k = 0; k < b->n_rounds; k++)

@@ -242,7 +242,7 @@ int dx_bench_update(int argc, char **argv)
         .text =
             "From ranges to the chunks of the tiles that changed, and that time as a share of a "
             "full\nframe's, of which every tile changes. Medians; both in turn. All ranges of a "
-            "frame are looked at\neither way: that is most of what a small update costs.",
+            "frame are looked at\neither way.",
         .columns = columns};
     struct dx_bench_args a;
     struct dx_report report;

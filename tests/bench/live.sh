@@ -1,12 +1,12 @@
 #!/bin/sh
 # A service of one's own under `dexel bench live`, a fresh one for each table:
-#   tests/bench/live.sh [--json|--markdown]
+#   tests/bench/live.sh [--json|--markdown]    (--json: an object a table)
 # latency of a camera at 30 frames a second, alone and with 50 subscribers, and what each stage adds; how many
 # subscribers it serves when some 2 % of the tiles change in a frame, and when all do.
 set -eu
 . tests/daemon.sh
 format=${1:-}
-seconds=${SECONDS_EACH:-3}
+seconds=${SECONDS_EACH:-2} latency_seconds=${LATENCY_SECONDS:-5}
 
 serve() { # STREAM-KEYS
   cat >"$run/live.yaml" <<Y
@@ -44,13 +44,13 @@ for n in 1 50; do
   head_line "Latency, a box that moves, $n subscribed" \
     "640x480 at 30 Hz without noise, delta: tiles change where the box goes."
   serve "$box"
-  measure --control "$run/control.sock" --subscribers $n
+  measure --control "$run/control.sock" --subscribers $n --seconds "$latency_seconds"
   stop_dexeld
 done
 for n in 1 50; do
   head_line "Latency, every tile changes, $n subscribed" "640x480 at 30 Hz with drop-outs that come and go, q16."
   serve "$all"
-  measure --control "$run/control.sock" --encoding q16 --subscribers $n
+  measure --control "$run/control.sock" --encoding q16 --subscribers $n --seconds "$latency_seconds"
   stop_dexeld
 done
 head_line "Subscribers, some 2 % of the tiles change" \
