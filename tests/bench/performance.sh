@@ -20,7 +20,8 @@ by round, so that ratios within a table hold where absolute figures are the mach
 - load average before the run: $(load)
 
 Sizes are columns x rows. Unless a section says otherwise the scan is the simulated hall with 2 mm of noise, by all
-default rules, and every tile changes in every frame. Times are medians; those of two threads tell of them only where the second processor was free. Each section names the command that repeats it.
+default rules, and every tile changes in every frame. Times are medians; those of two threads tell of them only where the
+second processor was free. Each section names the command that repeats it.
 
 TEXT
 
