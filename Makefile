@@ -56,8 +56,8 @@ UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers compare-scans \
-        asan tsan fuzz format install uninstall clean help FORCE
+.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-live bench-peers \
+        performance compare-scans asan tsan fuzz format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -70,7 +70,9 @@ help:
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
-	@echo 'make bench-peers  the same frames through PCL as well, in turn (installs libpcl-dev)'
+	@echo 'make bench-live  a service of its own at 1 to 200 subscribers'
+	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
+	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make fuzz        build the fuzz targets (clang)'
@@ -165,7 +167,14 @@ $(B)/fuzz/%: tests/fuzz/%.c $(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SR
 	$(Q)clang $(FUZZ_FLAGS) $(CPPFLAGS) $(PKG_CFLAGS) -o $@ $^ $(PKG_LIBS)
 
 bench: all
-	$(B)/bin/dexel bench
+	$(B)/bin/dexel bench --size all --threads 1,2
+	$(B)/bin/dexel bench rules
+	$(B)/bin/dexel bench update --threads 1,2
+bench-live: all
+	@B=$(B) sh tests/bench/live.sh
+performance: all
+	@B=$(B) CC='$(CC)' OPT='$(OPT)' sh tests/bench/performance.sh >$(B)/performance.md
+	@cp $(B)/performance.md docs/performance.md
 bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts

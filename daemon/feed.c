@@ -294,7 +294,8 @@ bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, co
     return true;
 }
 
-void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit)
+void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit,
+                    const struct dx_passage *passage)
 {
     struct dx_feed_outbox *o = &f->out;
 
@@ -304,6 +305,7 @@ void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit)
     o->epoch.kind = DX_FEED_COMMIT;
     o->epoch.epoch = o->open_epoch;
     o->epoch.commit = *commit;
+    o->epoch.passage = passage ? *passage : (struct dx_passage){0};
     memcpy(o->epoch.generation, o->open_generation, sizeof(o->epoch.generation));
     flush(f);
 }

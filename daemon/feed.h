@@ -15,6 +15,7 @@
 
 #include "core/grid/terrain.h"
 #include "core/wire/chunk.h"
+#include "daemon/passage.h"
 
 struct dx_feed;
 
@@ -45,8 +46,9 @@ void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[
 bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, const uint8_t *body,
                  size_t len);
 
-/* Publishes the epoch. Always succeeds. */
-void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit);
+/* Publishes the epoch. Always succeeds. `passage` NULL: no new data came with it. */
+void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit,
+                    const struct dx_passage *passage);
 
 /* Takes back all that was added since begin; asks the loop to revoke the oldest pin. */
 void dx_feed_abort(struct dx_feed *f);

@@ -140,6 +140,7 @@ static void adopt_commit(struct dx_feed_loop *l, const struct dx_feed_event *e)
     l->seq++;
     l->epoch = e->epoch;
     l->commit = e->commit;
+    l->passage = e->passage;
     l->has_epoch = true;
 }
 

@@ -44,6 +44,7 @@ struct dx_feed_loop {
     uint64_t seq; /* counts adoptions, whatever numbers the mesher gives its epochs */
     uint64_t epoch;
     struct dx_msg_commit commit;
+    struct dx_passage passage;
     bool has_epoch; /* one was adopted since the newest RESET */
 
     /* per encoding */

@@ -46,6 +46,7 @@ struct dx_feed_event {
     uint32_t first_chunk; /* list of what the epoch brings */
     uint32_t generation[DX_N_ENCODINGS];
     struct dx_msg_commit commit;
+    struct dx_passage passage;
     /* reset: one reference on the geometry travels with the event */
     struct dx_geometry *geometry;
     struct dx_terrain_params params;

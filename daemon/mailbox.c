@@ -2,6 +2,8 @@
  */
 #include "daemon/mailbox.h"
 
+#include "daemon/clock.h"
+
 #include <errno.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -18,6 +20,7 @@ struct slot {
     bool fresh;            /* some column is new */
     uint64_t *columns;
     struct dx_stamp stamp;
+    uint64_t delivered_ns;
     struct dx_plane plane;
 };
 
@@ -212,6 +215,7 @@ static struct dx_plane *get_plane(void *ctx, uint64_t number)
 static void deliver(void *ctx, const struct dx_frame_part *part)
 {
     struct dx_mailbox *m = ctx;
+    uint64_t now = dx_clock_ns();
     struct slot *s;
 
     pthread_mutex_lock(&m->lock);
@@ -221,6 +225,7 @@ static void deliver(void *ctx, const struct dx_frame_part *part)
             s->columns[j / 64] |= 1ull << (j % 64);
         s->fresh = true;
         s->stamp = part->stamp;
+        s->delivered_ns = now;
         if (part->last) {
             s->complete = true;
             m->filling = NULL;
@@ -289,6 +294,7 @@ static void take_columns(struct dx_mailbox *m, struct slot *s, struct dx_mail_it
     item->frame = s->frame;
     item->complete = s->complete;
     item->stamp = s->stamp;
+    item->delivered_ns = s->delivered_ns;
 }
 
 enum dx_mail dx_mailbox_take(struct dx_mailbox *m, struct dx_mail_item *item)

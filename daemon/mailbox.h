@@ -49,6 +49,7 @@ struct dx_mail_item {
     uint64_t frame;
     bool complete;              /* no more columns of this frame will come */
     struct dx_stamp stamp;      /* of its newest part */
+    uint64_t delivered_ns;      /* when that part was */
     enum dx_stream_state state; /* STATE */
     char reason[DX_WIRE_TEXT];
 };

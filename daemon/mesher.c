@@ -29,6 +29,7 @@ struct dx_mesher {
     uint64_t epoch;
     uint64_t commit_ns;          /* when the last commit was made */
     struct dx_msg_commit commit; /* what the array holds now */
+    struct dx_passage passage;   /* of that, so far */
     bool has_mesh, uncommitted, unsent;
     bool announced; /* subscribers have been told this geometry, and the noise in force */
     const char *why_reset;
@@ -136,6 +137,7 @@ static void commit_mesh(struct dx_mesher *m)
     m->unsent = true;
     m->has_mesh = true;
     m->commit_ns = dx_clock_ns();
+    m->passage.meshed_ns = m->commit_ns;
     dx_count(&m->counters->mesh_ns, m->commit_ns - start);
     dx_set(&m->counters->mesh_ns_last, m->commit_ns - start);
     dx_set(&m->counters->n_valid, count_valid(dx_terrain_published(m->terrain)));
@@ -194,7 +196,8 @@ static void send_epoch(struct dx_mesher *m)
         m->unsent = true;
         return;
     }
-    dx_feed_commit(m->feed, &m->commit);
+    m->passage.published_ns = dx_clock_ns();
+    dx_feed_commit(m->feed, &m->commit, m->unsent ? &m->passage : NULL);
     epoch_sent(m, wanted);
 }
 
@@ -294,6 +297,8 @@ static void publish_columns(struct dx_mesher *m, const struct dx_plane *plane,
 
 static void take_columns(struct dx_mesher *m, const struct dx_mail_item *mail)
 {
+    const uint64_t now = dx_clock_ns();
+
     if (!m->terrain)
         return;
     if (!m->have_noise && !mail->complete) /* the estimate wants a whole frame: all its columns */
@@ -311,6 +316,8 @@ static void take_columns(struct dx_mesher *m, const struct dx_mail_item *mail)
         .clock_id = mail->stamp.clock_id,
         .flags = mail->complete ? 0 : DX_COMMIT_PARTIAL,
     };
+    m->passage = (struct dx_passage){
+        .read_ns = mail->stamp.host_ns, .delivered_ns = mail->delivered_ns, .taken_ns = now};
     dx_count(&m->counters->n_parts, 1);
     if (mail->complete)
         dx_count(&m->counters->n_frames, 1);

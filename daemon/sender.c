@@ -301,6 +301,8 @@ static void commit_sent(struct dx_subscriber *s)
 
     if (!v->batch_is_snapshot && v->commit.host_ns && v->commit.host_ns <= now)
         dx_latency_add(&s->stream->latency, now - v->commit.host_ns);
+    if (!v->batch_is_snapshot && v->published_ns)
+        dx_latency_add(&s->stream->stage[DX_STAGE_SEND], now - v->published_ns);
     if (s->last_seq)
         s->n_coalesced += v->batch_seq - s->last_seq - 1;
     s->last_seq = v->batch_seq;

@@ -45,12 +45,24 @@ static void wake_again(struct dx_server_stream *st)
     (void)r; /* EAGAIN: it is awake */
 }
 
+/* Stations are passed in this order; a device may stamp what it reads by a clock of its own. */
+static void count_passage(struct dx_server_stream *st, const struct dx_passage *p)
+{
+    const uint64_t at[] = {p->read_ns, p->delivered_ns, p->taken_ns, p->meshed_ns, p->published_ns};
+
+    for (int k = 0; p->read_ns && k < DX_STAGE_SEND; k++)
+        if (at[k] <= at[k + 1])
+            dx_latency_add(&st->stage[k], at[k + 1] - at[k]);
+}
+
 static void serve_stream(struct dx_server_stream *st)
 {
     unsigned found = dx_feed_loop_turn(st->loop);
 
     if (!found)
         return;
+    if (found & DX_FEED_NEW_EPOCH)
+        count_passage(st, &st->loop->passage);
     for (struct dx_subscriber *s = st->server->subscribers; s; s = s->next) {
         if (s->stream != st)
             continue;

@@ -23,6 +23,7 @@ struct dx_server_stream {
     sd_event_source *wake;
     uint32_t n_subscribers;
     struct dx_latency latency; /* host stamp of the frame to COMMIT handed to the kernel */
+    struct dx_latency stage[DX_N_STAGES]; /* its parts: an epoch each, of SEND a batch each */
     /* frames a second, over the last second or so */
     uint64_t rate_ns, rate_frames;
     double frames_per_s;

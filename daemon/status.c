@@ -42,6 +42,24 @@ static void set_geometry(json_t *o, const struct dx_server_stream *st)
     set_number(o, "mesh_ns_per_dexel", (double)dx_get(&c->mesh_ns_last) / n_dexels);
 }
 
+static json_t *quantiles(const struct dx_latency *h)
+{
+    return json_pack("{s:f,s:f}", "p50", (double)dx_latency_quantile(h, 0.5) * 1e-6, "p99",
+                     (double)dx_latency_quantile(h, 0.99) * 1e-6);
+}
+
+static json_t *latency_status(const struct dx_server_stream *st)
+{
+    static const char *const names[DX_N_STAGES] = {"decode", "wait", "mesh", "encode", "send"};
+    json_t *o = quantiles(&st->latency), *stages = json_object();
+
+    for (int k = 0; k < DX_N_STAGES; k++)
+        if (st->stage[k].n)
+            json_object_set_new(stages, names[k], quantiles(&st->stage[k]));
+    json_object_set_new(o, "stages", stages);
+    return o;
+}
+
 static json_t *stream_status(const struct dx_server_stream *st)
 {
     const struct dx_counters *c = st->options.counters;
@@ -64,10 +82,7 @@ static json_t *stream_status(const struct dx_server_stream *st)
     set_number(o, "mesh_ms", (double)dx_get(&c->mesh_ns_last) * 1e-6);
     set_count(o, "subscribers", st->n_subscribers);
     if (st->latency.n)
-        json_object_set_new(o, "latency_ms",
-                            json_pack("{s:f,s:f}", "p50",
-                                      (double)dx_latency_quantile(&st->latency, 0.5) * 1e-6, "p99",
-                                      (double)dx_latency_quantile(&st->latency, 0.99) * 1e-6));
+        json_object_set_new(o, "latency_ms", latency_status(st));
     return o;
 }
 

@@ -145,6 +145,7 @@ bool dx_view_begin(struct dx_view *v, uint64_t now_ns)
     memset(v->dirty, 0, n_words(v) * sizeof(*v->dirty));
     v->snapshot = false;
     v->commit = l->commit;
+    v->published_ns = l->passage.published_ns;
     v->commit.n_tiles = v->n_entries;
     if (v->n_held)
         pin(v, now_ns);

@@ -34,6 +34,7 @@ struct dx_view {
     bool in_batch, batch_is_snapshot;
     uint64_t batch_seq, batch_epoch;
     struct dx_msg_commit commit; /* with n_tiles of this batch */
+    uint64_t published_ns;       /* passage.h; 0: not known */
     struct dx_view_entry *entry;
     uint32_t n_entries;
     uint32_t n_held; /* entries whose chunk is not released */

@@ -1,16 +1,15 @@
 /*
- * dexel bench: what a frame costs on this machine, stage by stage, beside the memory bandwidth
- * measured in the same run. One thread unless asked; medians of interleaved rounds, because
+ * dexel bench: what a frame costs on this machine, stage by stage and as a whole, beside the speed
+ * of copying memory in the same rounds. All threads' counts take turns within a round, because
  * machines are shared.
  */
 #include "tools/bench.h"
 
-#include "core/wire/chunk.h"
-#include "drivers/synth/scene.h"
 #include "tools/alloc_count.h"
 #include "tools/args.h"
+#include "tools/bench_args.h"
+#include "tools/bench_frame.h"
 #include "tools/now.h"
-#include "tools/stats_json.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -20,181 +19,238 @@
 
 static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
-    "       dexel bench paper [OPTIONS]\n"
-    "       dexel bench quality [OPTIONS] [THEME...]\n"
+    "       dexel bench rules|update|live|paper|quality ...   (each has its --help)\n"
     "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta, copy.\n"
-    "`dexel bench paper` repeats the table of Gopi and Krishnan (2002), `dexel bench quality`\n"
-    "measures meshes against the truth.\n\n"
-    "  --scene NAME    which scene (hall)\n"
-    "  --size WxH      columns x rows (1500x1000)\n"
-    "  --noise M       noise of the scan, metres (0.002)\n"
-    "  --dropouts P    share of dexels without a return (0)\n"
-    "  --threads N     of the pool (1)\n"
-    "  --rounds N      measured frames, odd (15)\n"
-    "  --json          one JSON object on standard output\n";
-
-enum {
-    OPT_SCENE = 256,
-    OPT_SIZE,
-    OPT_NOISE,
-    OPT_DROPOUTS,
-    OPT_THREADS,
-    OPT_ROUNDS,
-    OPT_JSON,
-    OPT_HELP
-};
-
-static const struct option options[] = {
-    {"scene", required_argument, NULL, OPT_SCENE},
-    {"size", required_argument, NULL, OPT_SIZE},
-    {"noise", required_argument, NULL, OPT_NOISE},
-    {"dropouts", required_argument, NULL, OPT_DROPOUTS},
-    {"threads", required_argument, NULL, OPT_THREADS},
-    {"rounds", required_argument, NULL, OPT_ROUNDS},
-    {"json", no_argument, NULL, OPT_JSON},
-    {"help", no_argument, NULL, OPT_HELP},
-    {0},
-};
+    "rules: the codes with each rule; update: a frame where little has changed; live: a\n"
+    "running service at its subscribers; paper: the table of Gopi and Krishnan (2002);\n"
+    "quality: meshes against the truth.\n\n" DX_BENCH_ARGS_HELP;
 
 enum stage { PUBLISH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
 
 static const char *const stage_names[] = {"publish", "codes", "f32", "q16", "delta", "copy", NULL};
 
-struct args {
-    struct dx_scene_config scene;
-    unsigned n_threads;
-    uint32_t n_rounds;
-    bool json;
-    bool wanted[N_STAGES];
-};
+static const struct dx_bench_command command = {"dexel bench", help, stage_names, false};
 
-struct bench {
-    struct dx_geometry *geometry;
-    struct dx_plane frame[2]; /* two noise draws in turn: every tile changes each time */
-    struct dx_terrain *terrain;
+/* Of one count of threads. */
+struct lane {
     struct dx_pool *pool;
-    struct dx_tile *tile;
-    struct dx_tile_mesh *mesh;
-    uint8_t *body, *copy; /* no copy: that stage is not wanted, and its memory would be counted */
-    size_t n_bytes[N_STAGES];
-    size_t n_triangles;
     double seconds[N_STAGES][DX_BENCH_MAX_ROUNDS];
     uint64_t n_allocations;
 };
 
-/* ---- one round ------------------------------------------------------------------------------ */
+struct bench {
+    const struct dx_bench_args *args;
+    uint32_t wanted; /* stages that can be had of those asked for */
+    uint32_t n_rounds, n_frames;
+    struct dx_bench_frames frames;
+    struct dx_terrain *terrain;
+    struct dx_bench_encoder *encoder;
+    struct dx_bench_memory memory; /* taken only where wanted: it would be counted */
+    struct dx_bench_encoded encoded[N_STAGES];
+    struct lane lane[DX_BENCH_THREADS];
+};
 
-/* Every tile through an encoder, into a buffer that is used again: the mesher's own way. */
-static void encode(struct bench *b, enum stage stage)
+static bool wants(const struct bench *b, enum stage s)
 {
-    const struct dx_tiling *tiling = dx_terrain_tiling(b->terrain);
-    size_t n = 0, n_triangles = 0;
-
-    for (uint32_t k = 0; k < dx_tiling_n_tiles(tiling); k++) {
-        if (!dx_terrain_tile(b->terrain, k, b->tile))
-            continue;
-        if (stage == Q16) {
-            n += dx_chunk_put_q16(b->body, b->tile);
-            continue;
-        }
-        if (stage == DELTA) {
-            n += dx_chunk_put_delta(b->body, b->tile);
-            continue;
-        }
-        dx_tile_mesh_build(b->mesh, b->tile, tiling, b->geometry);
-        n += dx_chunk_put_f32(b->body, b->mesh);
-        n_triangles += b->mesh->n_triangles;
-    }
-    b->n_bytes[stage] = n;
-    if (stage == F32)
-        b->n_triangles = n_triangles;
+    return b->wanted >> s & 1;
 }
 
-static void run_stage(struct bench *b, enum stage stage, const struct dx_plane *frame)
+/* ---- one round --------------------------------------------------------------------------------
+ */
+
+static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
 {
+    static const enum dx_encoding encoding[N_STAGES] = {
+        [F32] = DX_ENCODING_F32, [Q16] = DX_ENCODING_Q16, [DELTA] = DX_ENCODING_DELTA};
+    const struct dx_plane *frame = &b->frames.plane[b->n_frames & 1];
+
     switch (stage) {
     case PUBLISH:
         dx_terrain_publish(b->terrain, frame, 0, frame->width);
-        b->n_bytes[stage] = dx_plane_n_dexels(frame) * frame->range_bytes;
         break;
     case CODES:
-        dx_terrain_commit(b->terrain, b->pool);
+        dx_terrain_commit(b->terrain, pool);
         break;
-    case COPY: /* the size of the f32 output, read and written once */
-        memcpy(b->copy, b->copy + b->n_bytes[F32], b->n_bytes[F32]);
-        b->n_bytes[stage] = 2 * b->n_bytes[F32];
+    case COPY:
+        dx_bench_memory_copy(&b->memory, pool);
         break;
     default:
-        encode(b, stage);
+        b->encoded[stage] = dx_bench_encode(b->encoder, b->terrain, encoding[stage], true, pool);
     }
 }
 
 static void run_round(struct bench *b, uint32_t round)
 {
-    for (enum stage s = 0; s < (b->copy ? N_STAGES : COPY); s++) {
-        uint64_t start = dx_now_ns();
+    for (uint32_t k = 0; k < b->args->n_threads; k++) {
+        struct lane *lane = &b->lane[k];
+        uint64_t before = dx_alloc_count();
 
-        run_stage(b, s, &b->frame[round & 1]);
-        b->seconds[s][round] = dx_seconds_since(start);
+        for (enum stage s = 0; s < N_STAGES; s++) {
+            uint64_t start = dx_now_ns();
+
+            if (s > CODES && !wants(b, s))
+                continue; /* the first two are what the others work on */
+            run_stage(b, s, lane->pool);
+            lane->seconds[s][round] = dx_seconds_since(start);
+        }
+        b->n_frames++;
+        lane->n_allocations += dx_alloc_count() - before;
     }
 }
 
-/* ---- putting it together -------------------------------------------------------------------- */
+static void measure(struct bench *b)
+{
+    run_round(b, 0); /* warm: gates, pages, caches */
+    for (uint32_t k = 0; k < b->args->n_threads; k++)
+        b->lane[k].n_allocations = 0;
+    for (uint32_t k = 0; k < b->n_rounds; k++)
+        run_round(b, k);
+}
+
+/* ---- putting it together ----------------------------------------------------------------------
+ */
 
 static void bench_fini(struct bench *b)
 {
-    free(b->copy);
-    free(b->body);
-    free(b->mesh);
-    free(b->tile);
-    dx_pool_free(b->pool);
+    for (int k = 0; k < DX_BENCH_THREADS; k++)
+        dx_pool_free(b->lane[k].pool);
+    dx_bench_memory_fini(&b->memory);
+    dx_bench_encoder_free(b->encoder);
     dx_terrain_free(b->terrain);
-    dx_plane_fini(&b->frame[0]);
-    dx_plane_fini(&b->frame[1]);
-    dx_geometry_unref(b->geometry);
+    dx_bench_frames_fini(&b->frames);
 }
 
-static int bench_init(struct bench *b, const struct args *a)
+static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_bench_size size)
 {
-    struct dx_scene_config scene = a->scene;
     struct dx_terrain_params params;
-    int r = dx_scene_geometry(&b->geometry, &scene);
+    unsigned most = 1;
+    int r = dx_bench_frames_init(&b->frames, a, size);
 
-    for (int k = 0; r == 0 && k < 2; k++, scene.seed++) {
-        r = dx_plane_init(&b->frame[k], scene.height, scene.width, b->geometry->range_bytes, 0);
-        if (r == 0)
-            dx_scene_cast(&b->frame[k], b->geometry, &scene, 0, 0, scene.width);
-    }
+    b->args = a;
+    b->n_rounds = dx_bench_rounds(a, size);
+    b->wanted = a->wanted;
     dx_terrain_params_default(&params);
     if (r == 0)
-        r = dx_terrain_new(&b->terrain, b->geometry, &params, 0);
+        r = dx_terrain_new(&b->terrain, b->frames.geometry, &params, 0);
+    for (uint32_t k = 0; r == 0 && k < a->n_threads; k++) {
+        r = dx_pool_new(&b->lane[k].pool, a->threads[k]);
+        most = a->threads[k] > most ? a->threads[k] : most;
+    }
     if (r == 0)
-        r = dx_pool_new(&b->pool, a->n_threads);
-    if (r < 0)
-        return r;
-    b->tile = calloc(1, sizeof(*b->tile));
-    b->mesh = calloc(1, sizeof(*b->mesh));
-    b->body = malloc(dx_chunk_max_len(DX_ENCODING_F32));
-    if (a->wanted[COPY])
-        b->copy = calloc(dx_plane_n_dexels(&b->frame[0]), 64);
-    return b->tile && b->mesh && b->body && (b->copy || !a->wanted[COPY]) ? 0 : -ENOMEM;
+        r = dx_bench_encoder_new(&b->encoder, most);
+    if (r == 0 && wants(b, COPY))
+        r = dx_bench_memory_init(&b->memory);
+    if (r == 0 && b->frames.geometry->range_bytes != 2)
+        b->wanted &= ~(1u << Q16);
+    return r;
 }
 
-static void measure(struct bench *b, const struct args *a)
+/* ---- telling ----------------------------------------------------------------------------------
+ */
+
+static const struct dx_report_column stage_columns[] = {
+    {"size", "size", 0},
+    {"threads", "threads", 0},
+    {"publish", "publish_ns", 2},
+    {"codes", "codes_ns", 2},
+    {"f32", "f32_ns", 2},
+    {"q16", "q16_ns", 2},
+    {"delta", "delta_ns", 2},
+    {"f32, B", "f32_bytes", 2},
+    {"q16, B", "q16_bytes", 2},
+    {"delta, B", "delta_bytes", 2},
+    {"allocations", "allocations", 2},
+    {NULL, NULL, 0},
+};
+
+static const struct dx_report_column frame_columns[] = {
+    {"size", "size", 0},
+    {"threads", "threads", 0},
+    {"to f32, ms", "f32_ms", 3},
+    {"to q16, ms", "q16_ms", 3},
+    {"to delta, ms", "delta_ms", 3},
+    {"copy, GB/s", "copy_gb_per_s", 2},
+    {"f32 of copy, %", "f32_copy_percent", 1},
+    {"q16 of copy, %", "q16_copy_percent", 1},
+    {"delta of copy, %", "delta_copy_percent", 1},
+    {NULL, NULL, 0},
+};
+
+static void set_real(json_t *row, const char *stage, const char *what, double value)
 {
-    uint64_t before;
+    char key[48];
 
-    for (uint32_t k = 0; k < 2; k++) /* warm: gates, pages, caches */
-        run_round(b, k);
-    before = dx_alloc_count();
-    for (uint32_t k = 0; k < a->n_rounds; k++)
-        run_round(b, k);
-    b->n_allocations = dx_alloc_count() - before;
+    snprintf(key, sizeof(key), "%s_%s", stage, what);
+    json_object_set_new(row, key, json_real(value));
 }
 
-/* ---- telling -------------------------------------------------------------------------------- */
+static void tell_stages(struct dx_report_table *t, const struct bench *b, struct dx_bench_size size)
+{
+    double n = (double)size.width * size.height;
 
-static double resident_bytes(void)
+    for (uint32_t k = 0; k < b->args->n_threads; k++) {
+        const struct lane *lane = &b->lane[k];
+        json_t *row = dx_report_row(t);
+
+        dx_bench_args_label(row, size, b->args->threads[k], b->n_rounds);
+        for (enum stage s = PUBLISH; s < COPY; s++) {
+            if (!wants(b, s))
+                continue;
+            set_real(row, stage_names[s], "ns",
+                     dx_bench_median(lane->seconds[s], b->n_rounds) * 1e9 / n);
+            if (s > CODES)
+                set_real(row, stage_names[s], "bytes", (double)b->encoded[s].n_bytes / n);
+        }
+        if (wants(b, F32))
+            set_real(row, "f32", "triangles", (double)b->encoded[F32].n_triangles);
+        json_object_set_new(row, "allocations",
+                            json_real((double)lane->n_allocations / b->n_rounds));
+    }
+}
+
+/* The median of whole frames, from ranges to chunks of one encoding. */
+static double frame_seconds(const struct lane *lane, enum stage encoding, uint32_t n_rounds)
+{
+    double sum[DX_BENCH_MAX_ROUNDS];
+
+    for (uint32_t k = 0; k < n_rounds; k++)
+        sum[k] = lane->seconds[PUBLISH][k] + lane->seconds[CODES][k] + lane->seconds[encoding][k];
+    return dx_bench_median(sum, n_rounds);
+}
+
+/* Bytes that a frame moves at the least: a range is published (read, written), looked at for its
+ * cell's code (read, a byte written), and encoded with it (both read); and what comes out. */
+static double frame_bytes(const struct bench *b, enum stage encoding)
+{
+    double n = (double)dx_plane_n_dexels(&b->frames.plane[0]);
+
+    return n * (4 * b->frames.geometry->range_bytes + 2) + (double)b->encoded[encoding].n_bytes;
+}
+
+static void tell_frames(struct dx_report_table *t, const struct bench *b, struct dx_bench_size size)
+{
+    for (uint32_t k = 0; k < b->args->n_threads; k++) {
+        const struct lane *lane = &b->lane[k];
+        json_t *row = dx_report_row(t);
+        double copy = 2.0 * DX_BENCH_MEMORY_LEN / dx_bench_median(lane->seconds[COPY], b->n_rounds);
+
+        dx_bench_args_label(row, size, b->args->threads[k], b->n_rounds);
+        if (wants(b, COPY))
+            json_object_set_new(row, "copy_gb_per_s", json_real(copy * 1e-9));
+        for (enum stage s = F32; s < COPY; s++) {
+            double seconds = frame_seconds(lane, s, b->n_rounds);
+
+            if (!wants(b, s))
+                continue;
+            set_real(row, stage_names[s], "ms", seconds * 1e3);
+            if (wants(b, COPY))
+                set_real(row, stage_names[s], "copy_percent",
+                         100 * frame_bytes(b, s) / seconds / copy);
+        }
+    }
+}
+
+static double peak_resident_bytes(void)
 {
     struct rusage u;
 
@@ -202,141 +258,57 @@ static double resident_bytes(void)
     return 1024.0 * (double)u.ru_maxrss;
 }
 
-static void print_text(const struct bench *b, const struct args *a)
+static int run_size(const struct dx_bench_args *a, struct dx_bench_size size,
+                    struct dx_report_table *stages, struct dx_report_table *frames)
 {
-    double n = (double)dx_plane_n_dexels(&b->frame[0]);
-    double copy =
-        b->copy ? dx_bench_median(b->seconds[COPY], a->n_rounds) / (double)b->n_bytes[COPY] : 0;
+    struct bench *b = calloc(1, sizeof(*b));
+    int r = b ? bench_init(b, a, size) : -ENOMEM;
 
-    printf("%s %ux%u, %u thread%s, medians of %u frames\n", dx_scene_name(a->scene.scene),
-           a->scene.width, a->scene.height, dx_pool_threads(b->pool),
-           dx_pool_threads(b->pool) > 1 ? "s" : "", a->n_rounds);
-    printf("%-8s %9s %10s %10s %14s\n", "stage", "ms", "ns/dexel", "B/dexel", "of copy speed");
-    for (enum stage s = 0; s < N_STAGES; s++) {
-        double seconds = dx_bench_median(b->seconds[s], a->n_rounds), bytes = (double)b->n_bytes[s];
-
-        char share[16] = "-";
-
-        if (b->copy && bytes > 0)
-            snprintf(share, sizeof(share), "%.0f%%", 100 * copy * bytes / seconds);
-        if (a->wanted[s])
-            printf("%-8s %9.3f %10.2f %10.2f %14s\n", stage_names[s], seconds * 1e3,
-                   seconds * 1e9 / n, bytes / n, share);
+    if (r < 0) {
+        fprintf(stderr, "dexel bench: %ux%u: %s\n", size.width, size.height, strerror(-r));
+    } else {
+        measure(b);
+        tell_stages(stages, b, size);
+        tell_frames(frames, b, size);
+        json_object_set_new(json_array_get(frames->rows, json_array_size(frames->rows) - 1),
+                            "resident_bytes", json_real(peak_resident_bytes()));
     }
-    printf("triangles %zu, allocations a frame %.2f\n", b->n_triangles,
-           (double)b->n_allocations / a->n_rounds);
-}
-
-static int print_json(const struct bench *b, const struct args *a)
-{
-    double n = (double)dx_plane_n_dexels(&b->frame[0]);
-    json_t *j = json_object(), *stages = json_object();
-
-    for (enum stage s = 0; s < N_STAGES; s++)
-        if (a->wanted[s])
-            json_object_set_new(stages, stage_names[s],
-                                json_pack("{s:f, s:f, s:f}", "ms",
-                                          dx_bench_median(b->seconds[s], a->n_rounds) * 1e3,
-                                          "ns_per_dexel",
-                                          dx_bench_median(b->seconds[s], a->n_rounds) * 1e9 / n,
-                                          "bytes_per_dexel", (double)b->n_bytes[s] / n));
-    json_object_set_new(j, "scene", json_string(dx_scene_name(a->scene.scene)));
-    json_object_set_new(j, "width", json_integer(a->scene.width));
-    json_object_set_new(j, "height", json_integer(a->scene.height));
-    json_object_set_new(j, "threads", json_integer(dx_pool_threads(b->pool)));
-    json_object_set_new(j, "triangles", json_integer((json_int_t)b->n_triangles));
-    json_object_set_new(j, "allocations_per_frame",
-                        json_real((double)b->n_allocations / a->n_rounds));
-    json_object_set_new(j, "resident_bytes", json_real(resident_bytes()));
-    json_object_set_new(j, "stages", stages);
-    return dx_json_print(j, "dexel bench");
-}
-
-static int set_option(struct args *a, int opt, const char *text)
-{
-    struct dx_arg arg = {"dexel bench", "--size", text};
-    uint64_t n = 0;
-    int r = 0;
-
-    switch (opt) {
-    case OPT_SCENE:
-        r = dx_scene_from_name(text);
-        if (r < 0)
-            return dx_arg_bad(&(struct dx_arg){"dexel bench", "--scene", text},
-                              "one of those of `dexel sim --list`");
-        a->scene.scene = (enum dx_scene)r;
-        return 0;
-    case OPT_SIZE:
-        return dx_arg_size(&a->scene.width, &a->scene.height, &arg);
-    case OPT_NOISE:
-        arg.option = "--noise";
-        return dx_arg_double(&a->scene.sigma[0], &arg, 0, 100, "metres");
-    case OPT_DROPOUTS:
-        arg.option = "--dropouts";
-        return dx_arg_double(&a->scene.dropout, &arg, 0, 1, "a share");
-    case OPT_THREADS:
-        arg.option = "--threads";
-        r = dx_arg_u64(&n, &arg, 1, DX_POOL_MAX_THREADS, "threads");
-        a->n_threads = (unsigned)n;
-        return r;
-    case OPT_ROUNDS:
-        arg.option = "--rounds";
-        r = dx_arg_u64(&n, &arg, 1, DX_BENCH_MAX_ROUNDS, "rounds");
-        a->n_rounds = (uint32_t)n;
-        return r;
-    case OPT_JSON:
-        a->json = true;
-        return 0;
-    default:
-        return -EINVAL; /* getopt has said why */
-    }
-}
-
-static int parse(struct args *a, int argc, char **argv)
-{
-    int opt;
-
-    *a = (struct args){.n_threads = 1, .n_rounds = 15};
-    dx_scene_config_default(&a->scene, DX_SCENE_HALL);
-    a->scene.width = 1500;
-    a->scene.height = 1000;
-    a->scene.sigma[0] = 0.002;
-    while ((opt = getopt_long(argc, argv, "", options, NULL)) != -1) {
-        if (opt == OPT_HELP)
-            return dx_arg_help(help);
-        if (set_option(a, opt, optarg) < 0)
-            return -EINVAL;
-    }
-    for (int s = 0; s < N_STAGES; s++)
-        a->wanted[s] = optind == argc;
-    for (; optind < argc; optind++) {
-        int s = dx_arg_choice(&(struct dx_arg){"dexel bench", "STAGE", argv[optind]}, stage_names);
-
-        if (s < 0)
-            return -EINVAL;
-        a->wanted[s] = true;
-    }
-    return 0;
+    if (b)
+        bench_fini(b);
+    free(b);
+    return r;
 }
 
 int dx_bench_stages(int argc, char **argv)
 {
-    struct bench b = {0};
-    struct args a;
-    int r = parse(&a, argc, argv);
+    struct dx_report_table stages = {
+        .name = "stages",
+        .title = "The stages of a frame, ns a dexel",
+        .text =
+            "Medians. *publish* takes a frame over where it differs (one thread), *codes* decides\n"
+            "the mesh by all rules, *f32*, *q16* and *delta* make the chunks of all tiles; beside "
+            "them\n"
+            "the bytes a dexel of those, and allocations in a round. Every tile changes in every "
+            "frame.",
+        .columns = stage_columns};
+    struct dx_report_table frames = {
+        .name = "frames",
+        .title = "Whole frames",
+        .text = "From ranges in memory to the chunks of all tiles: the stages together. *copy* is "
+                "what\n`memcpy` reads and writes in the same rounds, by as many threads; *of copy* "
+                "is the time that\nthe bytes of the frame would take at that speed (its ranges and "
+                "codes through the three\nstages, and the chunks), as a share of the time it took.",
+        .columns = frame_columns};
+    struct dx_bench_args a;
+    struct dx_report report;
+    int r = dx_bench_args_parse(&a, &command, argc, argv);
 
     if (r != 0)
         return r == DX_ARG_E_HELP ? 0 : 2;
-    r = bench_init(&b, &a);
-    if (r < 0) {
-        fprintf(stderr, "dexel bench: %s\n", strerror(-r));
-    } else {
-        measure(&b, &a);
-        if (a.json)
-            r = print_json(&b, &a);
-        else
-            print_text(&b, &a);
-    }
-    bench_fini(&b);
-    return r < 0 ? 1 : 0;
+    dx_report_init(&report, a.format, command.name, argc, argv);
+    for (uint32_t k = 0; r == 0 && k < a.n_sizes; k++)
+        r = run_size(&a, a.size[k], &stages, &frames);
+    dx_report_table(&report, &stages);
+    dx_report_table(&report, &frames);
+    return dx_report_close(&report) < 0 || r < 0 ? 1 : 0;
 }

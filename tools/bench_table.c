@@ -87,6 +87,12 @@ static const struct line {
 
 #define N_LINES (sizeof(lines) / sizeof(lines[0]))
 
+/* Milliseconds that the paper's points would take at this speed. */
+static double paper_points_ms(int array, double ns_per_point)
+{
+    return dx_table_paper[array].points * ns_per_point * 1e-6;
+}
+
 static double ratio(const struct line *line, double here, double paper)
 {
     return line->speed ? paper / here : here / paper;
@@ -117,6 +123,12 @@ void dx_table_print_text(const struct dx_table_row row[DX_TABLE_ARRAYS],
         }
         putchar('\n');
     }
+    for (int k = 0; k < DX_TABLE_ARRAYS; k++)
+        printf("%sthe paper's %.0f points at this speed: %.2f ms with checks, %.2f ms without "
+               "(paper %.0f, %.0f)\n",
+               k ? "" : "\n", dx_table_paper[k].points, paper_points_ms(k, checks_ns(&row[k])),
+               paper_points_ms(k, plain_ns(&row[k])), 1e3 * dx_table_paper[k].checks_s,
+               1e3 * dx_table_paper[k].plain_s);
     puts("\n* the paper's includes reading the samples; 250 MHz R10000, one thread.\n"
          "ratio: here / paper; of times, paper / here.");
 }
@@ -140,6 +152,10 @@ int dx_table_print_json(const struct dx_table_row row[DX_TABLE_ARRAYS],
 
         json_object_set_new(a, "width", json_integer(row[k].width));
         json_object_set_new(a, "height", json_integer(row[k].height));
+        json_object_set_new(a, "paper_points_checks_ms",
+                            json_real(paper_points_ms(k, checks_ns(&row[k]))));
+        json_object_set_new(a, "paper_points_without_ms",
+                            json_real(paper_points_ms(k, plain_ns(&row[k]))));
         json_object_set_new(a, "paper", row_json(&dx_table_paper[k]));
         json_array_append_new(arrays, a);
     }

@@ -10,6 +10,9 @@ static const struct {
     char *full_name; /* the benchmark's argv[0], as in main.c */
     int (*run)(int argc, char **argv);
 } benches[] = {
+    {"rules", "dexel bench rules", dx_bench_rules},
+    {"update", "dexel bench update", dx_bench_update},
+    {"live", "dexel bench live", dx_bench_live},
     {"paper", "dexel bench paper", dx_bench_paper},
     {"quality", "dexel bench quality", dx_bench_quality},
     {NULL, NULL, NULL},

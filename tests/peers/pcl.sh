@@ -10,11 +10,14 @@ if [ ! -e /usr/include/pcl-1.*/pcl/surface/organized_fast_mesh.h ]; then
 fi
 command -v g++ >/dev/null || skip "no g++"
 
-build_pcl() {
+build_peer() { # NAME INCLUDES LIBRARIES
   mkdir -p "$B/peers"
-  [ "$B/peers/$1" -nt "tests/peers/$1.cpp" ] && return
-  include=$(pkg-config --cflags-only-I pcl_io pcl_surface eigen3 | sed 's/-I/-isystem /g')
-  # shellcheck disable=SC2086 # a list of words
-  g++ -O3 -std=c++17 -Wall -Wextra $include "tests/peers/$1.cpp" -o "$B/peers/$1" \
-    -lpcl_io -lpcl_surface -lpcl_search -lpcl_kdtree -lpcl_common
+  [ "$B/peers/$1" -nt "tests/peers/$1.cpp" ] && [ "$B/peers/$1" -nt tests/peers/peer.hpp ] && return
+  # shellcheck disable=SC2086 # lists of words
+  g++ -O3 -std=c++17 -Wall -Wextra $2 "tests/peers/$1.cpp" -o "$B/peers/$1" $3
+}
+
+build_pcl() {
+  build_peer "$1" "$(pkg-config --cflags-only-I pcl_io pcl_surface eigen3 | sed 's/-I/-isystem /g')" \
+    "-lpcl_io -lpcl_surface -lpcl_search -lpcl_kdtree -lpcl_common"
 }

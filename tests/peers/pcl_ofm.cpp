@@ -1,19 +1,12 @@
 /*
  * PCL's mesher for organized clouds, timed on a PCD file: what a user of ours would otherwise call.
  * Its mesh step alone, points ready in memory and the output vector used again, so that its
- * allocations are paid before the measured rounds. bench_peers.sh runs it.
- *
- * Output: a line "NAME MEDIAN_MS TRIANGLES BOUNDARY_EDGES" for each of the two ways, then
- * "peak_rss_mb N", read before the counting of edges.
+ * allocations are paid before the measured rounds. bench_peers.sh runs it; its lines are
+ * peer.hpp's, the memory that of the first way.
  */
-#include <algorithm>
-#include <chrono>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <vector>
+#include "peer.hpp"
 
-#include <sys/resource.h>
+#include <cstdlib>
 
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_cloud.h>
@@ -23,35 +16,7 @@
 
 using Point = pcl::PointXYZ;
 using Mesher = pcl::OrganizedFastMesh<Point>;
-
-struct Result {
-    double median_ms;
-    std::vector<pcl::Vertices> polygons;
-};
-
-static double now_ms()
-{
-    auto t = std::chrono::steady_clock::now().time_since_epoch();
-
-    return std::chrono::duration<double, std::milli>(t).count();
-}
-
-static Result measure(Mesher &mesher, int n_rounds)
-{
-    Result r;
-    std::vector<double> ms;
-
-    mesher.reconstruct(r.polygons); /* warm: pages, caches, the output's memory */
-    for (int k = 0; k < n_rounds; k++) {
-        double start = now_ms();
-
-        mesher.reconstruct(r.polygons);
-        ms.push_back(now_ms() - start);
-    }
-    std::sort(ms.begin(), ms.end());
-    r.median_ms = ms[ms.size() / 2];
-    return r;
-}
+using Polygons = std::vector<pcl::Vertices>;
 
 /* Like for like: the diagonal chosen by depth, edges up to 0.1 m, no test of the angle. */
 static void limit_edges(Mesher &mesher)
@@ -61,43 +26,31 @@ static void limit_edges(Mesher &mesher)
     mesher.setAngleTolerance(-1);
 }
 
-/* Edges of one triangle only. */
-static size_t count_boundary(const std::vector<pcl::Vertices> &polygons)
+/* 12.5 degrees; triangles instead of quadrilaterals. */
+static void set_defaults(Mesher &mesher)
 {
-    std::vector<uint64_t> edge;
-    size_t n = 0;
-
-    for (const pcl::Vertices &p : polygons)
-        for (size_t k = 0; k < 3; k++) {
-            uint64_t a = static_cast<uint32_t>(p.vertices[k]);
-            uint64_t b = static_cast<uint32_t>(p.vertices[(k + 1) % 3]);
-
-            edge.push_back(std::min(a, b) << 32 | std::max(a, b));
-        }
-    std::sort(edge.begin(), edge.end());
-    for (size_t k = 0, end; k < edge.size(); k = end) {
-        for (end = k + 1; end < edge.size() && edge[end] == edge[k];)
-            end++;
-        n += end == k + 1;
-    }
-    return n;
+    mesher.setTriangulationType(Mesher::TRIANGLE_RIGHT_CUT);
 }
 
-static long peak_rss_mb()
+static void print_polygons(const char *name, double ms, const Polygons &polygons)
 {
-    struct rusage u;
+    Edges edges;
 
-    getrusage(RUSAGE_SELF, &u);
-    return u.ru_maxrss / 1024;
+    for (const pcl::Vertices &p : polygons)
+        edges.add_triangle(static_cast<uint32_t>(p.vertices[0]),
+                           static_cast<uint32_t>(p.vertices[1]),
+                           static_cast<uint32_t>(p.vertices[2]));
+    print_way(name, ms, edges);
 }
 
 int main(int argc, char **argv)
 {
     int n_rounds = argc > 2 ? std::atoi(argv[2]) : 3;
+    bool limited_alone = argc > 3 && std::string(argv[3]) == "limited";
     pcl::PointCloud<Point>::Ptr cloud(new pcl::PointCloud<Point>);
 
     if (argc < 2 || n_rounds < 1) {
-        std::fprintf(stderr, "usage: pcl_ofm SCAN.pcd [ROUNDS]\n");
+        std::fprintf(stderr, "usage: pcl_ofm SCAN.pcd [ROUNDS [limited]]\n");
         return 2;
     }
     if (pcl::io::loadPCDFile(argv[1], *cloud) < 0 || !cloud->isOrganized()) {
@@ -105,20 +58,23 @@ int main(int argc, char **argv)
         return 1;
     }
 
-    Mesher limited, defaults;
-    limited.setInputCloud(cloud);
-    limit_edges(limited);
-    defaults.setInputCloud(cloud); /* 12.5 degrees; triangles instead of quadrilaterals */
-    defaults.setTriangulationType(Mesher::TRIANGLE_RIGHT_CUT);
+    Mesher mesher;
+    Polygons polygons;
+    mesher.setInputCloud(cloud);
+    limit_edges(mesher);
+    double ms = median_ms(n_rounds, [&] { mesher.reconstruct(polygons); });
+    long rss = peak_rss_mb();
+    if (limited_alone) { /* of a scan so large that its edges are not counted */
+        std::printf("limited %.3f %zu -\n", ms, polygons.size());
+    } else {
+        print_polygons("limited", ms, polygons);
 
-    Result a = measure(limited, n_rounds);
-    long rss = peak_rss_mb(); /* one output's memory */
-    Result b = measure(defaults, n_rounds);
-
-    std::printf("limited %.3f %zu %zu\n", a.median_ms, a.polygons.size(),
-                count_boundary(a.polygons));
-    std::printf("defaults %.3f %zu %zu\n", b.median_ms, b.polygons.size(),
-                count_boundary(b.polygons));
+        Mesher defaults;
+        defaults.setInputCloud(cloud);
+        set_defaults(defaults);
+        ms = median_ms(n_rounds, [&] { defaults.reconstruct(polygons); });
+        print_polygons("defaults", ms, polygons);
+    }
     std::printf("peak_rss_mb %ld\n", rss);
     return 0;
 }

@@ -73,8 +73,11 @@ says 'scan.pcd: thinning 600x400 points to 2x10 dexels'
 expect 0 "$dexel" bench paper --samples 320000 --rounds 1 --json
 grep -q '"samples": 320000' out || fail 'bench paper without its samples'
 grep -q '"two_v_minus_t": ' out || fail 'bench paper without 2V-T'
+[ "$(grep -o '"paper_points_[a-z]*_ms": [0-9.]*' out | awk '$2 > 0' | wc -l)" = 4 ] ||
+  fail "bench paper without the times of the paper's points"
 expect 0 "$dexel" bench paper --samples 20000 --rounds 1
 grep -q '^points kept ' out || fail 'bench paper without its table'
+grep -q "^the paper's 883577 points at this speed: " out || fail "bench paper without the paper's points"
 expect 2 "$dexel" bench paper more
 says "dexel bench paper: found 'more', expected options alone"
 exit $bad

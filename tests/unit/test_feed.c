@@ -179,7 +179,7 @@ static void mesher_commit(struct model *m)
         m->served[e] = m->generation[e];
         memset(m->unsent[e], 0, sizeof(m->unsent[e]));
     }
-    dx_feed_commit(m->feed, &commit);
+    dx_feed_commit(m->feed, &commit, NULL);
     seen.n_epochs++;
     m->open = false;
 }

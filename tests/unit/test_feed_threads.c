@@ -84,7 +84,7 @@ static void *mesher(void *arg)
             sem_wait(&s->kicked);
             continue;
         }
-        dx_feed_commit(s->feed, &commit);
+        dx_feed_commit(s->feed, &commit, NULL);
         memcpy(served, generation, sizeof(served));
         sent++;
     }

@@ -288,6 +288,21 @@ static json_int_t get_int(const json_t *o, const char *key)
     return json_integer_value(json_object_get(o, key));
 }
 
+/* The fixture's epochs spend 1, 2, 4 and 8 ms in their stages; a quantile is told to an eighth. */
+static void check_stages(const json_t *stream)
+{
+    static const char *const names[] = {"decode", "wait", "mesh", "encode"};
+    const json_t *stages = json_object_get(json_object_get(stream, "latency_ms"), "stages");
+
+    for (int k = 0; k < 4; k++) {
+        const json_t *stage = json_object_get(stages, names[k]);
+        double ms = 1 << k;
+
+        assert_true(json_real_value(json_object_get(stage, "p50")) > 0.87 * ms);
+        assert_true(json_real_value(json_object_get(stage, "p99")) <= ms);
+    }
+}
+
 static void test_status(void **state)
 {
     struct fixture *fx = fixture_start(NULL);
@@ -297,6 +312,8 @@ static void test_status(void **state)
 
     (void)state;
     client_until_frame(c, 3);
+    fixture_frames(fx, 4); /* after the snapshot: latencies are of what comes live */
+    client_until_frame(c, 4);
     reply = ask(fd, "{\"request\":\"status\"}\n");
     stream = json_array_get(json_object_get(reply, "streams"), 0);
     client = json_array_get(json_object_get(reply, "clients"), 0);
@@ -304,6 +321,7 @@ static void test_status(void **state)
     assert_string_equal(json_string_value(json_object_get(stream, "geometry")), "pinhole");
     assert_int_equal(get_int(stream, "width"), 180);
     assert_true(get_int(stream, "tiles_sent") > 0);
+    check_stages(stream);
     assert_int_equal(get_int(client, "pid"), getpid());
     assert_int_equal(get_int(client, "epochs"), c->n_commits);
     assert_int_equal(get_int(client, "resets"), 0);
