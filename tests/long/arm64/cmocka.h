@@ -25,6 +25,7 @@
 #define assert_in_range(x, lo, hi)   assert_true((x) >= (lo) && (x) <= (hi))
 #define assert_memory_equal(x, y, n) assert_true(memcmp(x, y, n) == 0)
 #define fail()                       assert_true(!"fail")
+#define fail_msg(...)                (fprintf(stderr, __VA_ARGS__), abort())
 #define skip()                       return
 
 struct CMUnitTest {
