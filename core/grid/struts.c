@@ -106,18 +106,18 @@ static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct
 {
     const uint32_t before = gates->bridge > 1; /* only struts over two look back */
     const uint32_t end = DX_MARGIN + a->n_rows + 2, right = DX_MARGIN + a->n_cols + 2;
-    uint8_t crowded[DX_ROWS_N + 8];
 
     for (uint32_t p = DX_MARGIN - before; p < end; p++) {
         const uint8_t *const valid[3] = {a->valid[p - 1], a->valid[p], a->valid[p + 1]};
+        struct dx_row_missing *missing = &s->missing[p];
         const bool in_grid = a->row0 + p >= 0 && a->row0 + p < g->height;
 
         memset(s->at[p], NOT_SPANNED, sizeof(s->at[p]));
-        s->has[p] = gates->rows->missing(s->lone[p], crowded, valid);
-        if (!s->has[p].crowded || !in_grid)
+        gates->rows->missing(missing, valid, gates->bridge > 1);
+        if (!missing->has_crowded || !in_grid)
             continue;
         for (uint32_t q = DX_MARGIN - before; q < right; q += 8)
-            for (uint64_t out = dx_get_u64(crowded + q); out; out &= out - 1) {
+            for (uint64_t out = dx_get_u64(missing->crowded + q); out; out &= out - 1) {
                 const uint32_t k = q + (uint32_t)__builtin_ctzll(out) / 8;
 
                 s->at[p][k] = choose(a, gates, g, p, k);
@@ -291,7 +291,8 @@ static void code_lone(uint8_t *strut, const struct dx_spans *spans, const struct
     bool has_row = false;
 
     for (uint32_t j = 0; j < cols; j += 8)
-        for (uint64_t lone = dx_get_u64(spans->lone[p] + DX_MARGIN + j); lone; lone &= lone - 1) {
+        for (uint64_t lone = dx_get_u64(spans->missing[p].lone + DX_MARGIN + j); lone;
+             lone &= lone - 1) {
             const uint32_t k = j + (uint32_t)__builtin_ctzll(lone) / 8;
 
             if (k >= cols)
@@ -329,11 +330,12 @@ void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, cons
         return;
     choose_all(spans, a, gates, g);
     for (uint32_t i = 0; i < rows; i++) {
+        const struct dx_row_missing *missing = &spans->missing[DX_MARGIN + i];
         uint8_t *out = strut + (i + 1) * DX_BLOCK + 1;
 
-        if (spans->has[DX_MARGIN + i].crowded)
+        if (missing->has_crowded)
             code_spanned(out, spans, a, gates, i, cols);
-        if (spans->has[DX_MARGIN + i].lone)
+        if (missing->has_lone)
             code_lone(out, spans, a, gates, g, i, cols);
     }
 }

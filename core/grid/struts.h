@@ -10,9 +10,8 @@
 
 /* Which way each missing dexel of the area is spanned: scratch. */
 struct dx_spans {
-    uint8_t at[DX_AREA][DX_AREA_STRIDE];   /* struts.c: ways to be spanned */
-    uint8_t lone[DX_AREA][DX_AREA_STRIDE]; /* 1: missing among four that are there */
-    struct dx_row_missing has[DX_AREA];
+    uint8_t at[DX_AREA][DX_AREA_STRIDE]; /* struts.c: ways to be spanned */
+    struct dx_row_missing missing[DX_AREA];
 };
 
 /* Fills the strut codes of a tile (block order) from the area. */

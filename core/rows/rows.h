@@ -57,9 +57,11 @@ struct dx_row_bend {
     const uint8_t *outer; /* the four samples beyond the corners are there and joined */
 };
 
-/* Whether there are such in a row. */
+/* Missing dexels that may be spanned: those among four neighbours that are all there, and others.
+ */
 struct dx_row_missing {
-    bool lone, crowded;
+    uint8_t lone[DX_ROWS_N + 8], crowded[DX_ROWS_N + 8];
+    uint8_t has_lone, has_crowded; /* any */
 };
 
 /* Joined edges of a row of cells, and which of its dexels are alive; from the first cell on. */
@@ -103,9 +105,9 @@ struct dx_rows {
     void (*vote)(uint8_t *alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
                  const uint8_t *const valid[3]);
 
-    /* Missing dexels of which all four neighbours are there, and the others, from column 1 on. */
-    struct dx_row_missing (*missing)(uint8_t *lone, uint8_t *crowded,
-                                     const uint8_t *const valid[3]);
+    /* Missing dexels from column 1 on, by the valid rows above, here and below. Others than lone
+     * ones have two ends opposite each other; or, with `two` of them bridged, any. */
+    void (*missing)(struct dx_row_missing *out, const uint8_t *const valid[3], uint8_t two);
 
     /* 2^40 / r in f32; huge for r below 16, which integers take for missing; 0 for 0. */
     void (*inverse)(float *out, const uint16_t *range);

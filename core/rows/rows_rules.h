@@ -114,36 +114,34 @@ static void vote_row(uint8_t *restrict alive, const uint8_t *h, const uint8_t *v
 
 /* ---- missing dexels ------------------------------------------------------------------------- */
 
-static inline __attribute__((always_inline)) void missing_columns(uint8_t *restrict lone,
-                                                                  uint8_t *restrict crowded,
-                                                                  const uint8_t *const valid[3],
-                                                                  uint32_t first, uint32_t end,
-                                                                  struct dx_row_missing *has)
+static inline __attribute__((always_inline)) void missing_columns(
+    struct dx_row_missing *restrict out, const uint8_t *const valid[3], uint8_t two, uint32_t first,
+    uint32_t end)
 {
     const uint8_t *above = valid[0], *here = valid[1], *below = valid[2];
     uint8_t any_lone = 0, any_crowded = 0;
 
     for (uint32_t q = first; q < end; q++) {
-        uint8_t four = (uint8_t)(above[q + 1] & below[q + 1] & here[q] & here[q + 2]);
+        uint8_t n = above[q + 1], s = below[q + 1], w = here[q], e = here[q + 2];
+        uint8_t missing = here[q + 1] ^ 1, lone = missing & n & s & w & e;
+        uint8_t ends = (n & s) | (w & e) | (two & (n | s | w | e));
 
-        lone[q + 1] = (uint8_t)(four & (here[q + 1] ^ 1));
-        crowded[q + 1] = (uint8_t)((here[q + 1] | four) ^ 1);
-        any_lone |= lone[q + 1];
-        any_crowded |= crowded[q + 1];
+        out->lone[q + 1] = lone;
+        out->crowded[q + 1] = missing & ends & (lone ^ 1);
+        any_lone |= lone;
+        any_crowded |= out->crowded[q + 1];
     }
-    has->lone |= any_lone;
-    has->crowded |= any_crowded;
+    out->has_lone |= any_lone;
+    out->has_crowded |= any_crowded;
 }
 
 /* In two, so that the longest vectors leave no rest. */
-static struct dx_row_missing missing_row(uint8_t *restrict lone, uint8_t *restrict crowded,
-                                         const uint8_t *const valid[3])
+static void missing_row(struct dx_row_missing *restrict out, const uint8_t *const valid[3],
+                        uint8_t two)
 {
-    struct dx_row_missing has = {0};
-
-    missing_columns(lone, crowded, valid, 0, 64, &has);
-    missing_columns(lone, crowded, valid, 64, N, &has);
-    return has;
+    out->has_lone = out->has_crowded = 0;
+    missing_columns(out, valid, two, 0, 64);
+    missing_columns(out, valid, two, 64, N);
 }
 
 /* ---- bends ---------------------------------------------------------------------------------- */
