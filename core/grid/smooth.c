@@ -1,0 +1,250 @@
+/* A part's neighbourhood, what is joined in it, and the smoothed ranges back into the array. */
+#include "core/grid/smooth.h"
+
+#include "core/grid/edges.h"
+#include "core/grid/lines.h"
+#include "core/grid/smooth_rows.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define REACH        2 /* the pairs' */
+#define RESCUE_REACH 2 /* what a rescued edge looks at beyond its ends */
+
+/* Bytes of one row: whether dexel (p, q) is joined to the one `REACH` and fewer rows below or above
+ * (columns to the right or left) of it, all edges between them included. By offset + REACH. */
+typedef uint8_t paths[2 * REACH + 1][DX_AREA_STRIDE];
+
+struct dx_smooth_scratch {
+    struct dx_area area;
+    float inverse[DX_AREA][DX_AREA_STRIDE];
+    float direction[3][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
+    paths down, along;
+    struct dx_smooth_row row;
+};
+
+/* ---- making it ------------------------------------------------------------------------------ */
+
+/* The weights of an even grid's rows, at the first column that the pair fits in. */
+static void fill_lines(struct dx_smooth_line *line, const struct dx_geometry *g)
+{
+    for (uint32_t i = 0; i < g->height; i++)
+        for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++, line++) {
+            const struct dx_smooth_pair *p = &dx_smooth_pairs[k];
+            const uint32_t j = (uint32_t)abs(p->dj);
+            struct dx_line w = {0, 0};
+
+            if (2 * j < g->width)
+                w = dx_lines_at(g, i, j, p->di, p->dj);
+            line->minus = (float)w.minus * 0x1p-24f;
+            line->plus = (float)w.plus * 0x1p-24f;
+        }
+}
+
+int dx_smooth_init(struct dx_smooth *s, const struct dx_geometry *g, double noise, bool uneven)
+{
+    *s = (struct dx_smooth){.noise = noise, .reach = REACH};
+    s->scratch = calloc(DX_POOL_MAX_THREADS, sizeof(*s->scratch));
+    if (!uneven)
+        s->line = calloc((size_t)g->height * DX_SMOOTH_PAIRS, sizeof(*s->line));
+    if (!s->scratch || (!uneven && !s->line)) {
+        dx_smooth_fini(s);
+        return -ENOMEM;
+    }
+    if (!uneven)
+        fill_lines(s->line, g);
+    return 0;
+}
+
+void dx_smooth_fini(struct dx_smooth *s)
+{
+    free(s->scratch);
+    free(s->line);
+    *s = (struct dx_smooth){0};
+}
+
+void dx_smooth_set(struct dx_smooth *s, const struct dx_gates *gates)
+{
+    s->reach = REACH + (gates->rescue ? RESCUE_REACH : 0);
+    s->gates = *gates;
+    s->gates.margin = s->reach;
+    s->gates.diag = DX_DIAG_FIXED; /* nothing that only diagonals need */
+}
+
+/* ---- a part's neighbourhood ----------------------------------------------------------------- */
+
+/* Of missing dexels too: finite, and never looked at. */
+static void invert(struct dx_smooth_scratch *x)
+{
+    for (uint32_t p = x->area.first; p < x->area.end; p++)
+        for (uint32_t q = 0; q < DX_AREA_STRIDE; q++) {
+            const uint32_t range = x->area.range[p][q];
+
+            x->inverse[p][q] = 1 / (float)(range ? range : 1);
+        }
+}
+
+static void gather_directions(struct dx_smooth_scratch *x, const struct dx_geometry *g)
+{
+    for (uint32_t p = x->area.first; p < x->area.end; p++)
+        for (uint32_t q = 0; q < DX_AREA; q++) {
+            double d[3];
+
+            if (!x->area.range[p][q])
+                continue; /* what is there is finite */
+            dx_lines_direction(g, dx_area_row(&x->area, p), dx_area_col(&x->area, q, g->width), d);
+            for (int k = 0; k < 3; k++)
+                x->direction[k][p][q] = (float)d[k];
+        }
+}
+
+/* ---- what is joined ------------------------------------------------------------------------- */
+
+static void both(uint8_t *restrict out, const uint8_t *a, const uint8_t *b, uint32_t n)
+{
+    for (uint32_t q = 0; q < n; q++)
+        out[q] = a[q] & b[q];
+}
+
+/* The paths from row p's dexels along their row and their columns. The first and last two columns
+ * of the area have none: no part reaches them. */
+static void find_paths(struct dx_smooth_scratch *x, uint32_t p)
+{
+    const uint8_t *h = x->area.joined[DX_EDGE_H][p];
+    const uint8_t(*v)[DX_AREA_STRIDE] = x->area.joined[DX_EDGE_V];
+    const uint32_t n = DX_AREA_STRIDE;
+
+    memset(x->along[REACH], 1, n);
+    memset(x->down[REACH], 1, n);
+    memcpy(x->along[REACH + 1], h, n);
+    both(x->along[REACH + 2], h, h + 1, n - 1);
+    memcpy(x->along[REACH - 1] + 1, h, n - 1);
+    both(x->along[REACH - 2] + 2, h, h + 1, n - 2);
+    memcpy(x->down[REACH + 1], v[p], n);
+    both(x->down[REACH + 2], v[p], v[p + 1], n);
+    memcpy(x->down[REACH - 1], v[p - 1], n);
+    both(x->down[REACH - 2], v[p - 1], v[p - 2], n);
+}
+
+/* Where both ends of pair k are joined to the dexel: along its row, then along the column. */
+static void find_joined(uint8_t joined[DX_SMOOTH_ROW], const struct dx_smooth_scratch *x,
+                        const struct dx_smooth_pair *pair)
+{
+    const uint8_t *row_after = x->along[REACH + pair->dj] + DX_MARGIN;
+    const uint8_t *row_before = x->along[REACH - pair->dj] + DX_MARGIN;
+    const uint8_t *after = x->down[REACH + pair->di] + DX_MARGIN + pair->dj;
+    const uint8_t *before = x->down[REACH - pair->di] + DX_MARGIN - pair->dj;
+
+    for (uint32_t j = 0; j < DX_SMOOTH_ROW; j++)
+        joined[j] = row_after[j] & row_before[j] & after[j] & before[j];
+}
+
+/* ---- a row ---------------------------------------------------------------------------------- */
+
+static struct dx_smooth_ends ends_of(float (*array)[DX_AREA_STRIDE], uint32_t p,
+                                     const struct dx_smooth_pair *pair)
+{
+    return (struct dx_smooth_ends){array[(int)p - pair->di] + DX_MARGIN - pair->dj,
+                                   array[p] + DX_MARGIN,
+                                   array[(int)p + pair->di] + DX_MARGIN + pair->dj};
+}
+
+static void tell_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
+                     const struct dx_geometry *g, uint32_t p, unsigned k)
+{
+    const struct dx_smooth_pair *pair = &dx_smooth_pairs[k];
+    const struct dx_smooth_ends inverse = ends_of(x->inverse, p, pair);
+    const struct dx_smooth_ends d[3] = {ends_of(x->direction[0], p, pair),
+                                        ends_of(x->direction[1], p, pair),
+                                        ends_of(x->direction[2], p, pair)};
+
+    if (s->line)
+        dx_smooth_row_even(&x->row, k, &inverse,
+                           s->line[(size_t)dx_area_row(&x->area, p) * DX_SMOOTH_PAIRS + k]);
+    else
+        dx_smooth_row_uneven(&x->row, k, &inverse, d, g->model == DX_MODEL_PINHOLE);
+}
+
+static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
+                      const struct dx_geometry *g, uint32_t p)
+{
+    uint8_t joined[DX_SMOOTH_ROW];
+
+    find_paths(x, p);
+    dx_smooth_row_scale(&x->row, x->area.range[p] + DX_MARGIN, &s->gates.sigma, s->noise);
+    for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++) {
+        tell_row(s, x, g, p, k);
+        find_joined(joined, x, &dx_smooth_pairs[k]);
+        dx_smooth_row_weigh(&x->row, k, joined);
+    }
+    dx_smooth_row_solve(&x->row);
+}
+
+/* A range of 0 stays 0, and no other becomes it. */
+static uint32_t moved(uint32_t range, float move, uint32_t most)
+{
+    const int64_t to = (int64_t)range - (int64_t)(move + (move < 0 ? -0.5f : 0.5f));
+
+    if (!range)
+        return 0;
+    return to < 1 ? 1 : to > most ? most : (uint32_t)to;
+}
+
+/* Writes n dexels from dexel `at` on; widens col0..col1 of `changed` by those that differ. Whether
+ * any did. */
+static bool put_row(struct dx_plane *out, size_t at, const struct dx_smooth_scratch *x, uint32_t p,
+                    const struct dx_plane *in, const struct dx_rect *part, struct dx_rect *changed)
+{
+    const uint32_t *range = x->area.range[p] + DX_MARGIN;
+    const uint32_t most = out->range_bytes == 2 ? UINT16_MAX : UINT32_MAX;
+    bool any = false;
+
+    for (uint32_t j = 0; j <= part->col1 - part->col0; j++) {
+        const uint32_t to = moved(range[j], x->row.move[j], most);
+        const uint32_t attr = dx_plane_attr(in, at + j), col = part->col0 + j;
+
+        if (dx_plane_range(out, at + j) == to && dx_plane_attr(out, at + j) == attr)
+            continue;
+        dx_plane_set_range(out, at + j, to);
+        dx_plane_set_attr(out, at + j, attr);
+        changed->col0 = changed->col0 < col ? changed->col0 : col;
+        changed->col1 = changed->col1 > col ? changed->col1 : col;
+        any = true;
+    }
+    return any;
+}
+
+/* ---- a part --------------------------------------------------------------------------------- */
+
+static void gather(const struct dx_smooth *s, struct dx_smooth_scratch *x,
+                   const struct dx_plane *in, const struct dx_tiling *tiling,
+                   const struct dx_geometry *g, uint32_t tile)
+{
+    dx_area_gather(&x->area, in, tiling, g, &s->gates, tile / tiling->cols, tile % tiling->cols);
+    dx_edges_join(&x->area, &s->gates, g);
+    invert(x);
+    if (!s->line)
+        gather_directions(x, g);
+}
+
+void dx_smooth_part(struct dx_smooth *s, struct dx_plane *out, struct dx_rect *changed,
+                    const struct dx_plane *in, const struct dx_tiling *tiling,
+                    const struct dx_geometry *g, uint32_t tile, unsigned thread)
+{
+    struct dx_smooth_scratch *x = &s->scratch[thread];
+    const struct dx_rect part = dx_marks_part(tiling, tile);
+
+    gather(s, x, in, tiling, g, tile);
+    x->row.n = (part.col1 - part.col0) / 8 * 8 + 8;
+    *changed = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
+    for (uint32_t i = part.row0; i <= part.row1; i++) {
+        const uint32_t p = DX_MARGIN + i - part.row0;
+
+        solve_row(s, x, g, p);
+        if (!put_row(out, (size_t)i * tiling->width + part.col0, x, p, in, &part, changed))
+            continue;
+        changed->row0 = changed->row0 < i ? changed->row0 : i;
+        changed->row1 = i;
+    }
+}
