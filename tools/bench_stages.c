@@ -9,6 +9,7 @@
 #include "drivers/synth/scene.h"
 #include "tools/alloc_count.h"
 #include "tools/args.h"
+#include "tools/bench_smooth.h"
 #include "tools/now.h"
 #include "tools/stats_json.h"
 
@@ -22,9 +23,9 @@ static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
     "       dexel bench paper [OPTIONS]\n"
     "       dexel bench quality [OPTIONS] [THEME...]\n"
-    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta, copy.\n"
-    "`dexel bench paper` repeats the table of Gopi and Krishnan (2002), `dexel bench quality`\n"
-    "measures meshes against the truth.\n\n"
+    "Measures terrain mode on a simulated scan: publish, smooth, codes, f32, q16, delta,\n"
+    "copy. `dexel bench paper` repeats the table of Gopi and Krishnan (2002), `dexel bench\n"
+    "quality` measures meshes against the truth.\n\n"
     "  --scene NAME    which scene (hall)\n"
     "  --size WxH      columns x rows (1500x1000)\n"
     "  --noise M       noise of the scan, metres (0.002)\n"
@@ -56,9 +57,10 @@ static const struct option options[] = {
     {0},
 };
 
-enum stage { PUBLISH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
+enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
 
-static const char *const stage_names[] = {"publish", "codes", "f32", "q16", "delta", "copy", NULL};
+static const char *const stage_names[] = {"publish", "smooth", "codes", "f32",
+                                          "q16",     "delta",  "copy",  NULL};
 
 struct args {
     struct dx_scene_config scene;
@@ -72,6 +74,7 @@ struct bench {
     struct dx_geometry *geometry;
     struct dx_plane frame[2]; /* two noise draws in turn: every tile changes each time */
     struct dx_terrain *terrain;
+    struct dx_bench_smooth smooth; /* where that stage is wanted */
     struct dx_pool *pool;
     struct dx_tile *tile;
     struct dx_tile_mesh *mesh;
@@ -117,6 +120,11 @@ static void run_stage(struct bench *b, enum stage stage, const struct dx_plane *
         dx_terrain_publish(b->terrain, frame, 0, frame->width);
         b->n_bytes[stage] = dx_plane_n_dexels(frame) * frame->range_bytes;
         break;
+    case SMOOTH:
+        if (b->smooth.smoothing)
+            dx_bench_smooth_run(&b->smooth, frame, b->pool);
+        b->n_bytes[stage] = dx_plane_n_dexels(frame) * frame->range_bytes;
+        break;
     case CODES:
         dx_terrain_commit(b->terrain, b->pool);
         break;
@@ -148,6 +156,7 @@ static void bench_fini(struct bench *b)
     free(b->mesh);
     free(b->tile);
     dx_pool_free(b->pool);
+    dx_bench_smooth_fini(&b->smooth);
     dx_terrain_free(b->terrain);
     dx_plane_fini(&b->frame[0]);
     dx_plane_fini(&b->frame[1]);
@@ -170,6 +179,9 @@ static int bench_init(struct bench *b, const struct args *a)
         r = dx_terrain_new(&b->terrain, b->geometry, &params, 0);
     if (r == 0)
         r = dx_pool_new(&b->pool, a->n_threads);
+    params.sigma[0] = scene.sigma[0];
+    if (r == 0 && a->wanted[SMOOTH])
+        r = dx_bench_smooth_init(&b->smooth, b->geometry, &params);
     if (r < 0)
         return r;
     b->tile = calloc(1, sizeof(*b->tile));

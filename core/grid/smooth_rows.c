@@ -6,6 +6,8 @@
  */
 #include "core/grid/smooth_rows.h"
 
+#include <string.h>
+
 #define STEPS  3
 #define CUTOFF 3.5f /* sigmas from where on a pair has no weight; it tells with a noise of 0.7 */
 
@@ -14,6 +16,18 @@ const struct dx_smooth_pair dx_smooth_pairs[DX_SMOOTH_PAIRS] = {
     {0, 1, 1.413f}, {1, 0, 1.413f}, {1, 1, 0.999f},  {1, -1, 0.999f}, {0, 2, 0.499f},
     {2, 0, 0.499f}, {1, 2, 0.352f}, {1, -2, 0.352f}, {2, 1, 0.352f},  {2, -1, 0.352f},
 };
+
+/* x, or 0 where it is negative. On the bits: compilers make no vectors of comparisons that could
+ * trap. */
+static inline float above_zero(float x)
+{
+    int32_t bits;
+
+    memcpy(&bits, &x, sizeof(bits));
+    bits &= ~(bits >> 31);
+    memcpy(&x, &bits, sizeof(x));
+    return x;
+}
 
 void dx_smooth_row_scale(struct dx_smooth_row *r, const uint32_t *range,
                          const struct dx_sigma *sigma, double noise)
@@ -36,7 +50,7 @@ void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smo
                         struct dx_smooth_line line)
 {
     const float *before = inverse->before, *own = inverse->own, *after = inverse->after;
-    float *out = r->pair[k].departure;
+    float *restrict out = r->pair[k].departure;
 
     for (uint32_t j = 0; j < r->n; j++)
         out[j] = (line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j];
@@ -50,18 +64,18 @@ void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_s
                           const struct dx_smooth_ends d[3], bool depths)
 {
     const float *before = inverse->before, *own = inverse->own, *after = inverse->after;
+    const struct dx_smooth_ends a = d[0], b = d[1], c = d[2];
     const float arc = depths ? 0 : 0.5f;
-    float *out = r->pair[k].departure;
+    float *restrict out = r->pair[k].departure;
 
     for (uint32_t j = 0; j < r->n; j++) {
-        const float tx = d[0].after[j] - d[0].before[j], ty = d[1].after[j] - d[1].before[j];
-        const float tz = d[2].after[j] - d[2].before[j];
-        const float along = (d[0].own[j] - d[0].before[j]) * tx +
-                            (d[1].own[j] - d[1].before[j]) * ty +
-                            (d[2].own[j] - d[2].before[j]) * tz;
+        const float tx = a.after[j] - a.before[j], ty = b.after[j] - b.before[j];
+        const float tz = c.after[j] - c.before[j];
+        const float along = (a.own[j] - a.before[j]) * tx + (b.own[j] - b.before[j]) * ty +
+                            (c.own[j] - c.before[j]) * tz;
         const float length2 = tx * tx + ty * ty + tz * tz;
-        const float way = along / (length2 + 1e-30f), ahead = way > 0 ? way : 0;
-        const float x = ahead < 1 ? ahead : 1, y = 1 - x; /* beyond only in crooked tables */
+        const float y = above_zero(1 - above_zero(along / (length2 + 1e-30f)));
+        const float x = 1 - y; /* outside 0..1 only in crooked tables */
         const float told = (1 + arc * x * y * length2) * (y * before[j] + x * after[j]);
 
         out[j] = (told - own[j]) * r->scale[j];
@@ -71,7 +85,7 @@ void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_s
 void dx_smooth_row_weigh(struct dx_smooth_row *r, unsigned k, const uint8_t *joined)
 {
     const float weight = dx_smooth_pairs[k].weight;
-    float *out = r->pair[k].weight;
+    float *restrict out = r->pair[k].weight;
 
     for (uint32_t j = 0; j < r->n; j++)
         out[j] = weight * (float)joined[j];
@@ -80,13 +94,14 @@ void dx_smooth_row_weigh(struct dx_smooth_row *r, unsigned k, const uint8_t *joi
 static void add_pair(struct dx_smooth_row *r, unsigned k)
 {
     const float *departure = r->pair[k].departure, *weight = r->pair[k].weight;
+    float *restrict total = r->total, *restrict sum = r->sum;
 
     for (uint32_t j = 0; j < r->n; j++) {
-        const float off = departure[j] - r->shift[j], near = 1 - off * off;
-        const float clear = near > 0 ? near : 0, w = clear * clear * weight[j];
+        const float off = departure[j] - r->shift[j], near = above_zero(1 - off * off);
+        const float w = near * near * weight[j];
 
-        r->total[j] += w;
-        r->sum[j] += w * departure[j];
+        total[j] += w;
+        sum[j] += w * departure[j];
     }
 }
 
@@ -107,9 +122,9 @@ void dx_smooth_row_solve(struct dx_smooth_row *r)
             r->shift[j] = r->sum[j] / r->total[j];
     }
     for (uint32_t j = 0; j < r->n; j++) {
-        float s = r->shift[j] < most ? r->shift[j] : most;
+        const float s =
+            most - above_zero(most - r->shift[j]); /* at most that, then at least minus */
 
-        s = s > -most ? s : -most;
-        r->move[j] = s * CUTOFF * r->sigma[j];
+        r->move[j] = (above_zero(s + most) - most) * CUTOFF * r->sigma[j];
     }
 }
