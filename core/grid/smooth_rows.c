@@ -50,7 +50,7 @@ void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smo
                         struct dx_smooth_line line)
 {
     const float *before = inverse->before, *own = inverse->own, *after = inverse->after;
-    float *restrict out = r->pair[k].departure;
+    float *out = r->pair[k].departure;
 
     for (uint32_t j = 0; j < r->n; j++)
         out[j] = (line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j];
@@ -60,15 +60,11 @@ void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smo
  * The line by the dexels' own directions: by where the own one stands between the two others (x of
  * the way), and by how much an arc is off its chord: sin a + sin b of sin (a + b) is 1 + a b / 2.
  */
-void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_ends *inverse,
-                          const struct dx_smooth_ends d[3], bool depths)
+static void tell_uneven(float *restrict out, const float *scale, struct dx_smooth_ends q,
+                        struct dx_smooth_ends a, struct dx_smooth_ends b, struct dx_smooth_ends c,
+                        float arc, uint32_t n)
 {
-    const float *before = inverse->before, *own = inverse->own, *after = inverse->after;
-    const struct dx_smooth_ends a = d[0], b = d[1], c = d[2];
-    const float arc = depths ? 0 : 0.5f;
-    float *restrict out = r->pair[k].departure;
-
-    for (uint32_t j = 0; j < r->n; j++) {
+    for (uint32_t j = 0; j < n; j++) {
         const float tx = a.after[j] - a.before[j], ty = b.after[j] - b.before[j];
         const float tz = c.after[j] - c.before[j];
         const float along = (a.own[j] - a.before[j]) * tx + (b.own[j] - b.before[j]) * ty +
@@ -76,28 +72,33 @@ void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_s
         const float length2 = tx * tx + ty * ty + tz * tz;
         const float y = above_zero(1 - above_zero(along / (length2 + 1e-30f)));
         const float x = 1 - y; /* outside 0..1 only in crooked tables */
-        const float told = (1 + arc * x * y * length2) * (y * before[j] + x * after[j]);
+        const float told = (1 + arc * x * y * length2) * (y * q.before[j] + x * q.after[j]);
 
-        out[j] = (told - own[j]) * r->scale[j];
+        out[j] = (told - q.own[j]) * scale[j];
     }
+}
+
+void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_ends *inverse,
+                          const struct dx_smooth_ends d[3], bool depths)
+{
+    tell_uneven(r->pair[k].departure, r->scale, *inverse, d[0], d[1], d[2], depths ? 0 : 0.5f,
+                r->n);
 }
 
 void dx_smooth_row_weigh(struct dx_smooth_row *r, unsigned k, const uint8_t *joined)
 {
     const float weight = dx_smooth_pairs[k].weight;
-    float *restrict out = r->pair[k].weight;
+    float *out = r->pair[k].weight;
 
     for (uint32_t j = 0; j < r->n; j++)
         out[j] = weight * (float)joined[j];
 }
 
-static void add_pair(struct dx_smooth_row *r, unsigned k)
+static void add_pair(float *restrict total, float *restrict sum, const float *shift,
+                     const float *departure, const float *weight, uint32_t n)
 {
-    const float *departure = r->pair[k].departure, *weight = r->pair[k].weight;
-    float *restrict total = r->total, *restrict sum = r->sum;
-
-    for (uint32_t j = 0; j < r->n; j++) {
-        const float off = departure[j] - r->shift[j], near = above_zero(1 - off * off);
+    for (uint32_t j = 0; j < n; j++) {
+        const float off = departure[j] - shift[j], near = above_zero(1 - off * off);
         const float w = near * near * weight[j];
 
         total[j] += w;
@@ -117,7 +118,7 @@ void dx_smooth_row_solve(struct dx_smooth_row *r)
             r->sum[j] = 0;
         }
         for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++)
-            add_pair(r, k);
+            add_pair(r->total, r->sum, r->shift, r->pair[k].departure, r->pair[k].weight, r->n);
         for (uint32_t j = 0; j < r->n; j++)
             r->shift[j] = r->sum[j] / r->total[j];
     }
