@@ -150,20 +150,39 @@ static struct dx_smooth_ends ends_of(float (*array)[DX_AREA_STRIDE], uint32_t p,
                                    array[(int)p + pair->di] + DX_MARGIN + pair->dj};
 }
 
+static void directions_of(struct dx_smooth_ends d[3], struct dx_smooth_scratch *x, uint32_t p,
+                          const struct dx_smooth_pair *pair)
+{
+    for (int k = 0; k < 3; k++)
+        d[k] = ends_of(x->direction[k], p, pair);
+}
+
+static void find_slope(struct dx_smooth_scratch *x, uint32_t p)
+{
+    struct dx_smooth_cross cross = {
+        .joined_before = {x->along[REACH - 1] + DX_MARGIN, x->down[REACH - 1] + DX_MARGIN},
+        .joined_after = {x->along[REACH + 1] + DX_MARGIN, x->down[REACH + 1] + DX_MARGIN}};
+
+    for (int e = 0; e < 2; e++) {
+        cross.inverse[e] = ends_of(x->inverse, p, &dx_smooth_pairs[e]);
+        directions_of(cross.direction[e], x, p, &dx_smooth_pairs[e]);
+    }
+    dx_smooth_row_slope(&x->row, &cross);
+}
+
 static void tell_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
                      const struct dx_geometry *g, uint32_t p, unsigned k)
 {
-    const struct dx_smooth_pair *pair = &dx_smooth_pairs[k];
-    const struct dx_smooth_ends inverse = ends_of(x->inverse, p, pair);
-    const struct dx_smooth_ends d[3] = {ends_of(x->direction[0], p, pair),
-                                        ends_of(x->direction[1], p, pair),
-                                        ends_of(x->direction[2], p, pair)};
+    const struct dx_smooth_ends inverse = ends_of(x->inverse, p, &dx_smooth_pairs[k]);
+    struct dx_smooth_ends d[3];
 
-    if (s->line)
+    if (s->line) {
         dx_smooth_row_even(&x->row, k, &inverse,
                            s->line[(size_t)dx_area_row(&x->area, p) * DX_SMOOTH_PAIRS + k]);
-    else
-        dx_smooth_row_uneven(&x->row, k, &inverse, d, g->model == DX_MODEL_PINHOLE);
+        return;
+    }
+    directions_of(d, x, p, &dx_smooth_pairs[k]);
+    dx_smooth_row_uneven(&x->row, k, &inverse, d, g->model == DX_MODEL_PINHOLE);
 }
 
 static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
@@ -173,6 +192,8 @@ static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
 
     find_paths(x, p);
     dx_smooth_row_scale(&x->row, x->area.range[p] + DX_MARGIN, &s->gates.sigma, s->noise);
+    if (!s->line)
+        find_slope(x, p);
     for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++) {
         tell_row(s, x, g, p, k);
         find_joined(joined, x, &dx_smooth_pairs[k]);

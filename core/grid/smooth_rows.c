@@ -56,33 +56,78 @@ void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smo
         out[j] = (line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j];
 }
 
+/* What lies between the neighbours that are joined: both, one and the own, or nothing. */
+static void difference(float *restrict out, struct dx_smooth_ends x, const uint8_t *joined_before,
+                       const uint8_t *joined_after, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++)
+        out[j] = (float)joined_before[j] * (x.own[j] - x.before[j]) +
+                 (float)joined_after[j] * (x.after[j] - x.own[j]);
+}
+
 /*
- * The line by the dexels' own directions: by where the own one stands between the two others (x of
- * the way), and by how much an arc is off its chord: sin a + sin b of sin (a + b) is 1 + a b / 2.
+ * From differences along row and column (a with inverse ranges p, b with q): the vector in their
+ * plane that has p along a and q along b. Where they are nearly parallel, or one is missing, it is
+ * damped to nothing.
  */
-static void tell_uneven(float *restrict out, const float *scale, struct dx_smooth_ends q,
-                        struct dx_smooth_ends a, struct dx_smooth_ends b, struct dx_smooth_ends c,
-                        float arc, uint32_t n)
+static void solve_slope(float (*restrict out)[DX_SMOOTH_ROW], const float (*a)[DX_SMOOTH_ROW],
+                        const float (*b)[DX_SMOOTH_ROW], const float *p, const float *q, uint32_t n)
 {
     for (uint32_t j = 0; j < n; j++) {
+        const float aa = a[0][j] * a[0][j] + a[1][j] * a[1][j] + a[2][j] * a[2][j];
+        const float ab = a[0][j] * b[0][j] + a[1][j] * b[1][j] + a[2][j] * b[2][j];
+        const float bb = b[0][j] * b[0][j] + b[1][j] * b[1][j] + b[2][j] * b[2][j];
+        const float det = aa * bb * 1.001f - ab * ab + 1e-30f;
+        const float of_a = (bb * p[j] - ab * q[j]) / det, of_b = (aa * q[j] - ab * p[j]) / det;
+
+        for (int k = 0; k < 3; k++)
+            out[k][j] = of_a * a[k][j] + of_b * b[k][j];
+    }
+}
+
+void dx_smooth_row_slope(struct dx_smooth_row *r, const struct dx_smooth_cross *cross)
+{
+    float step[2][3][DX_SMOOTH_ROW], rise[2][DX_SMOOTH_ROW];
+
+    for (int e = 0; e < 2; e++) {
+        const uint8_t *before = cross->joined_before[e], *after = cross->joined_after[e];
+
+        for (int k = 0; k < 3; k++)
+            difference(step[e][k], cross->direction[e][k], before, after, r->n);
+        difference(rise[e], cross->inverse[e], before, after, r->n);
+    }
+    solve_slope(r->slope, step[0], step[1], rise[0], rise[1], r->n);
+}
+
+/*
+ * The line by the dexels' own directions a, b, c: by where the own one stands between the two
+ * others (x of the way); by how much an arc is off its chord (sin a + sin b of sin (a + b) is 1 + a
+ * b / 2); and by how far the three are off one line, along the slope.
+ */
+static void tell_uneven(float *restrict out, const struct dx_smooth_row *r, struct dx_smooth_ends q,
+                        struct dx_smooth_ends a, struct dx_smooth_ends b, struct dx_smooth_ends c,
+                        float arc)
+{
+    for (uint32_t j = 0; j < r->n; j++) {
         const float tx = a.after[j] - a.before[j], ty = b.after[j] - b.before[j];
         const float tz = c.after[j] - c.before[j];
-        const float along = (a.own[j] - a.before[j]) * tx + (b.own[j] - b.before[j]) * ty +
-                            (c.own[j] - c.before[j]) * tz;
+        const float ox = a.own[j] - a.before[j], oy = b.own[j] - b.before[j];
+        const float oz = c.own[j] - c.before[j];
         const float length2 = tx * tx + ty * ty + tz * tz;
-        const float y = above_zero(1 - above_zero(along / (length2 + 1e-30f)));
-        const float x = 1 - y; /* outside 0..1 only in crooked tables */
-        const float told = (1 + arc * x * y * length2) * (y * q.before[j] + x * q.after[j]);
+        const float way = (ox * tx + oy * ty + oz * tz) / (length2 + 1e-30f);
+        const float y = above_zero(1 - above_zero(way)), x = 1 - y; /* beyond: crooked tables */
+        const float line = (1 + arc * x * y * length2) * (y * q.before[j] + x * q.after[j]);
+        const float off = (ox - x * tx) * r->slope[0][j] + (oy - x * ty) * r->slope[1][j] +
+                          (oz - x * tz) * r->slope[2][j];
 
-        out[j] = (told - q.own[j]) * scale[j];
+        out[j] = (line + off - q.own[j]) * r->scale[j];
     }
 }
 
 void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_ends *inverse,
                           const struct dx_smooth_ends d[3], bool depths)
 {
-    tell_uneven(r->pair[k].departure, r->scale, *inverse, d[0], d[1], d[2], depths ? 0 : 0.5f,
-                r->n);
+    tell_uneven(r->pair[k].departure, r, *inverse, d[0], d[1], d[2], depths ? 0 : 0.5f);
 }
 
 void dx_smooth_row_weigh(struct dx_smooth_row *r, unsigned k, const uint8_t *joined)

@@ -20,9 +20,10 @@ struct dx_smooth_pair {
 extern const struct dx_smooth_pair dx_smooth_pairs[DX_SMOOTH_PAIRS];
 
 struct dx_smooth_row {
-    uint32_t n;                 /* columns, a multiple of 8 */
-    float sigma[DX_SMOOTH_ROW]; /* noise of the dexel's range, units */
-    float scale[DX_SMOOTH_ROW]; /* from a departure in inverse range to one in cutoffs */
+    uint32_t n;                    /* columns, a multiple of 8 */
+    float sigma[DX_SMOOTH_ROW];    /* noise of the dexel's range, units */
+    float scale[DX_SMOOTH_ROW];    /* from a departure in inverse range to one in cutoffs */
+    float slope[3][DX_SMOOTH_ROW]; /* of inverse range by direction; uneven grids only */
     struct {
         float departure[DX_SMOOTH_ROW]; /* of what the pair tells from the own sample, in cutoffs */
         float weight[DX_SMOOTH_ROW];    /* 0: not joined */
@@ -41,6 +42,15 @@ struct dx_smooth_ends {
 /* Noise and scale from ranges. */
 void dx_smooth_row_scale(struct dx_smooth_row *r, const uint32_t *range,
                          const struct dx_sigma *sigma, double noise);
+
+/* The slope of the inverse range at each dexel of an uneven grid, from its neighbours in its row
+ * and in its column (by pair 0 and 1), where they are joined. */
+struct dx_smooth_cross {
+    struct dx_smooth_ends inverse[2], direction[2][3];
+    const uint8_t *joined_before[2], *joined_after[2];
+};
+
+void dx_smooth_row_slope(struct dx_smooth_row *r, const struct dx_smooth_cross *cross);
 
 /* What pair k tells, by the same line in all columns, or by one in each. */
 void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_ends *inverse,
