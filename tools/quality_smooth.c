@@ -171,6 +171,9 @@ static int smooth_row(struct dx_quality_table *t, struct dx_quality_rig *rig,
     row->value[5] = s[1].silhouette;
     row->value[6] = s[2].on_crease;
     row->value[7] = s[1].largest_move;
+    dx_quality_hold(row, 1, DX_QUALITY_AT_MOST, 0.35);
+    dx_quality_hold(row, 3, DX_QUALITY_AT_MOST, 0.55);
+    dx_quality_hold(row, 6, DX_QUALITY_AT_MOST, 1);
     return 0;
 }
 
@@ -184,15 +187,25 @@ int dx_quality_theme_smooth(struct dx_quality_run *run)
     struct dx_quality_table t = {
         .theme = "smooth",
         .title = "Ranges smoothed along the beam",
-        .text = "x",
-        .column = {{"flat", "flat_before", 3},
-                   {"smoothed", "flat_after", 3},
-                   {"by creases", "crease_before", 3},
-                   {"smoothed", "crease_after", 3},
-                   {"by silhouettes", "silhouette_before", 3},
-                   {"smoothed", "silhouette_after", 3},
-                   {"bias on creases", "crease_bias", 3},
-                   {"largest move", "largest_move", 2}},
+        .text =
+            "Root mean square distance of ranges from the true ones, in sigmas of the noise, "
+            "before\n"
+            "and after (in, out) smoothing by the default rules with the true noise, in units of "
+            "1\n"
+            "mm: on flat parts, and within three dexels of creases and of silhouettes, those "
+            "being\n"
+            "cells whose corners are of more than one face, and cells that are not smooth. The "
+            "bias\n"
+            "is what smoothing by the same noise does to ranges without any, at the corners of\n"
+            "cells that a crease crosses. Moved most: how far a sample is from what became of it.",
+        .column = {{"flat in", "flat_in", 3},
+                   {"flat out", "flat_out", 3},
+                   {"crease in", "crease_in", 3},
+                   {"crease out", "crease_out", 3},
+                   {"silhouette in", "silhouette_in", 3},
+                   {"silhouette out", "silhouette_out", 3},
+                   {"crease bias", "crease_bias", 3},
+                   {"moved most", "moved_most", 2}},
     };
     int rc = 0;
 
