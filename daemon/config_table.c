@@ -109,8 +109,8 @@ const struct dx_config_key dx_config_keys[] = {
     {"streams[].mesh.normals", DX_CONFIG_BOOL, STREAM(mesh.normals), .preset = "no",
      .help = "Compute a normal for each vertex, for subscribers who ask for normals."},
     {"streams[].mesh.smooth", DX_CONFIG_BOOL, STREAM(mesh.smooth), .preset = "no",
-     .help = "Smooth ranges along the beam, by planes through the neighbours that are joined: less noise,\n"
-             "but vertices are no samples then.\nNot with exact points."},
+     .help = "Smooth ranges along the beam, by what joined neighbours tell: less noise, but the vertices\n"
+             "are no samples then, and subscribers are told so.\nNot with exact points."},
     {"streams[].mesh.paper", DX_CONFIG_BOOL, STREAM(mesh.paper), .preset = "no",
      .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap.\n"
              "Overrides tilt, rescue, mixed, bridge and diag."},

@@ -1,15 +1,17 @@
 /*
  * The robust mean by iterated weights (Tukey's, which are polynomials). It starts at the own sample
  * and so finds the nearest of several answers: at a crease that of the pairs along it, not that of
- * the majority across it. Loops without a branch over rows of floats, which compilers make vectors
- * of.
+ * the majority across it; but for stray samples that nothing speaks for. Loops without a branch
+ * over rows of floats, which compilers make vectors of.
  */
 #include "core/grid/smooth_rows.h"
 
 #include <string.h>
 
-#define STEPS  3
-#define CUTOFF 3.5f /* sigmas from where on a pair has no weight; it tells with a noise of 0.7 */
+#define STEPS    3
+#define FAR_BITS 0x44800000 /* FAR, 1024 cutoffs: farther departures are not told apart */
+#define TINY     1e-30f     /* keeps 0 / 0 from being no number */
+#define CUTOFF   3.5f /* sigmas from where on a pair has no weight; it tells with a noise of 0.7 */
 
 /* 2 exp(-d^2 / (2 * 1.2^2)) for a pair of distance d; the corners of 5 x 5 would count 0.12. */
 const struct dx_smooth_pair dx_smooth_pairs[DX_SMOOTH_PAIRS] = {
@@ -17,16 +19,38 @@ const struct dx_smooth_pair dx_smooth_pairs[DX_SMOOTH_PAIRS] = {
     {2, 0, 0.499f}, {1, 2, 0.352f}, {1, -2, 0.352f}, {2, 1, 0.352f},  {2, -1, 0.352f},
 };
 
-/* x, or 0 where it is negative. On the bits: compilers make no vectors of comparisons that could
+/* Selecting is done on the bits: compilers make no vectors of comparisons of floats, which could
  * trap. */
-static inline float above_zero(float x)
+static inline int32_t bits_of(float x)
 {
     int32_t bits;
 
     memcpy(&bits, &x, sizeof(bits));
-    bits &= ~(bits >> 31);
+    return bits;
+}
+
+static inline float float_of(int32_t bits)
+{
+    float x;
+
     memcpy(&x, &bits, sizeof(x));
     return x;
+}
+
+/* x, or 0 where it is negative. */
+static inline float above_zero(float x)
+{
+    const int32_t bits = bits_of(x);
+
+    return float_of(bits & ~(bits >> 31));
+}
+
+/* x, or FAR with its sign; that too for what is no number. */
+static inline float within_far(float x)
+{
+    const int32_t bits = bits_of(x), size = bits & INT32_MAX;
+
+    return float_of((bits & INT32_MIN) | (size < FAR_BITS ? size : FAR_BITS));
 }
 
 void dx_smooth_row_scale(struct dx_smooth_row *r, const uint32_t *range,
@@ -53,7 +77,7 @@ void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smo
     float *out = r->pair[k].departure;
 
     for (uint32_t j = 0; j < r->n; j++)
-        out[j] = (line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j];
+        out[j] = within_far((line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j]);
 }
 
 /* What lies between the neighbours that are joined: both, one and the own, or nothing. */
@@ -77,7 +101,7 @@ static void solve_slope(float (*restrict out)[DX_SMOOTH_ROW], const float (*a)[D
         const float aa = a[0][j] * a[0][j] + a[1][j] * a[1][j] + a[2][j] * a[2][j];
         const float ab = a[0][j] * b[0][j] + a[1][j] * b[1][j] + a[2][j] * b[2][j];
         const float bb = b[0][j] * b[0][j] + b[1][j] * b[1][j] + b[2][j] * b[2][j];
-        const float det = aa * bb * 1.001f - ab * ab + 1e-30f;
+        const float det = aa * bb * 1.001f - ab * ab + TINY;
         const float of_a = (bb * p[j] - ab * q[j]) / det, of_b = (aa * q[j] - ab * p[j]) / det;
 
         for (int k = 0; k < 3; k++)
@@ -114,13 +138,13 @@ static void tell_uneven(float *restrict out, const struct dx_smooth_row *r, stru
         const float ox = a.own[j] - a.before[j], oy = b.own[j] - b.before[j];
         const float oz = c.own[j] - c.before[j];
         const float length2 = tx * tx + ty * ty + tz * tz;
-        const float way = (ox * tx + oy * ty + oz * tz) / (length2 + 1e-30f);
+        const float way = (ox * tx + oy * ty + oz * tz) / (length2 + TINY);
         const float y = above_zero(1 - above_zero(way)), x = 1 - y; /* beyond: crooked tables */
         const float line = (1 + arc * x * y * length2) * (y * q.before[j] + x * q.after[j]);
         const float off = (ox - x * tx) * r->slope[0][j] + (oy - x * ty) * r->slope[1][j] +
                           (oz - x * tz) * r->slope[2][j];
 
-        out[j] = (line + off - q.own[j]) * r->scale[j];
+        out[j] = within_far((line + off - q.own[j]) * r->scale[j]);
     }
 }
 
@@ -151,25 +175,62 @@ static void add_pair(float *restrict total, float *restrict sum, const float *sh
     }
 }
 
+/* One step: the mean by the weights that the pairs have as seen from the last one. */
+static void step(struct dx_smooth_row *r)
+{
+    for (uint32_t j = 0; j < r->n; j++) {
+        r->total[j] = 1; /* the own sample, whose departure is 0 */
+        r->sum[j] = 0;
+    }
+    for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++)
+        add_pair(r->total, r->sum, r->shift, r->pair[k].departure, r->pair[k].weight, r->n);
+    for (uint32_t j = 0; j < r->n; j++)
+        r->shift[j] = r->sum[j] / r->total[j];
+}
+
+static void add_plainly(float *restrict total, float *restrict sum, float *restrict squares,
+                        const float *departure, const float *weight, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++) {
+        const float told = weight[j] * departure[j];
+
+        total[j] += weight[j];
+        sum[j] += told;
+        squares[j] += told * departure[j];
+    }
+}
+
+/*
+ * Where the pairs that speak for the own sample count for less than it does itself, and all of them
+ * agree on something else, the sample is a lone stray one: the next step begins at their mean, as
+ * far as both is so. (At the corner of a box none speaks for it either, but they do not agree.)
+ */
+static void doubt(struct dx_smooth_row *r)
+{
+    float all[DX_SMOOTH_ROW] = {0}, sum[DX_SMOOTH_ROW] = {0}, squares[DX_SMOOTH_ROW] = {0};
+
+    for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++)
+        add_plainly(all, sum, squares, r->pair[k].departure, r->pair[k].weight, r->n);
+    for (uint32_t j = 0; j < r->n; j++) {
+        const float mean = sum[j] / (all[j] + TINY);
+        const float spread2 = squares[j] / (all[j] + TINY) - mean * mean;
+
+        r->shift[j] += above_zero(2 - r->total[j]) * above_zero(1 - 4 * spread2) * mean;
+    }
+}
+
 void dx_smooth_row_solve(struct dx_smooth_row *r)
 {
     const float most = DX_SMOOTH_MAX_MOVE / CUTOFF;
 
     for (uint32_t j = 0; j < r->n; j++)
         r->shift[j] = 0;
-    for (int step = 0; step < STEPS; step++) {
-        for (uint32_t j = 0; j < r->n; j++) {
-            r->total[j] = 1; /* the own sample, whose departure is 0 */
-            r->sum[j] = 0;
-        }
-        for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++)
-            add_pair(r->total, r->sum, r->shift, r->pair[k].departure, r->pair[k].weight, r->n);
-        for (uint32_t j = 0; j < r->n; j++)
-            r->shift[j] = r->sum[j] / r->total[j];
-    }
-    for (uint32_t j = 0; j < r->n; j++) {
-        const float s =
-            most - above_zero(most - r->shift[j]); /* at most that, then at least minus */
+    step(r);
+    doubt(r);
+    for (int k = 1; k < STEPS; k++)
+        step(r);
+    for (uint32_t j = 0; j < r->n; j++) { /* at most so far ahead, at most so far back */
+        const float s = most - above_zero(most - r->shift[j]);
 
         r->move[j] = (above_zero(s + most) - most) * CUTOFF * r->sigma[j];
     }

@@ -1,7 +1,7 @@
 /*
  * Smoothing's arithmetic, a row of dexels at a time. f32 without contraction, and the same order of
  * operations in each lane: the same bits on every machine. Rows hold whole vectors; what lies
- * beyond a part's columns is computed and not used, so every input must be finite.
+ * beyond a part's columns, or is not joined, is computed like the rest and has no weight.
  */
 #ifndef DX_SMOOTH_ROWS_H
 #define DX_SMOOTH_ROWS_H

@@ -153,9 +153,25 @@ static inline void see_pairs(struct pairs *out, const struct oracle *o, int64_t 
         after = inverse_of(o, k[2]);
         told = o->uneven ? told_unevenly(o, k, slope, before, after)
                          : told_evenly(o, i, p, before, after);
-        out->departure[n] = (told - inverse_of(o, k[1])) * scale;
+        told = (told - inverse_of(o, k[1])) * scale;
+        out->departure[n] = told > 1024 ? 1024 : told < -1024 ? -1024 : told;
         out->weight[n] = weight[n];
     }
+}
+
+/* What to begin with besides where hardly a pair speaks for the own sample and all agree. */
+static inline float doubted(const struct pairs *p, float total)
+{
+    float all = 0, told = 0, squares = 0, spread2;
+
+    for (int n = 0; n < 10; n++) {
+        all += p->weight[n];
+        told += p->weight[n] * p->departure[n];
+        squares += p->weight[n] * p->departure[n] * p->departure[n];
+    }
+    told /= all + 1e-30f;
+    spread2 = squares / (all + 1e-30f) - told * told;
+    return total < 2 && spread2 < 0.25f ? (2 - total) * (1 - 4 * spread2) * told : 0;
 }
 
 static inline float robust_mean(const struct pairs *p)
@@ -173,6 +189,7 @@ static inline float robust_mean(const struct pairs *p)
             sum += w * p->departure[n];
         }
         shift = sum / total;
+        shift += step == 0 ? doubted(p, total) : 0;
     }
     return shift;
 }

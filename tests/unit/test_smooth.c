@@ -302,6 +302,36 @@ static void a_crease_stays(void **state)
     dx_geometry_unref(g);
 }
 
+/* A stray sample that is joined to all around it goes to where they agree it should be, as far as
+ * it may; one with neighbours like it in its row is a ridge, and stays. */
+static void strays_go_and_ridges_stay(void **state)
+{
+    struct dx_rng rng = dx_rng_init(10, 0);
+    struct dx_geometry *g = grid_of(GRID_TURN, 40, 60, &rng);
+    struct dx_terrain_params q;
+    struct dx_terrain *t;
+    struct dx_plane p;
+
+    (void)state;
+    dx_terrain_params_default(&q);
+    q.sigma_given = true;
+    q.sigma[0] = NOISE * UNIT_M;
+    assert_int_equal(dx_plane_init_for(&p, g, 0), 0);
+    for (size_t k = 0; k < dx_plane_n_dexels(&p); k++)
+        dx_plane_set_range(&p, k, k / 60 == 30 ? 5045 : 5000);
+    dx_plane_set_range(&p, 15 * 60 + 20, 5045);
+    dx_plane_set_range(&p, 15 * 60 + 40, 5020);
+    t = smoothed(g, &q, &p);
+    assert_int_equal(dx_plane_range(dx_terrain_published(t), 15 * 60 + 20), 5045 - 3 * NOISE);
+    assert_in_range(dx_plane_range(dx_terrain_published(t), 15 * 60 + 40), 5000, 5005);
+    assert_in_range(dx_plane_range(dx_terrain_published(t), 15 * 60 + 22), 4999, 5001);
+    for (uint32_t j = 4; j < 56; j++)
+        assert_in_range(dx_plane_range(dx_terrain_published(t), 30 * 60 + j), 5035, 5045);
+    dx_terrain_free(t);
+    dx_plane_fini(&p);
+    dx_geometry_unref(g);
+}
+
 static void exact_points_are_not_smoothed(void **state)
 {
     struct dx_terrain_params q;
@@ -323,6 +353,7 @@ int main(void)
         cmocka_unit_test(no_sample_goes_far),
         cmocka_unit_test(nothing_crosses_a_cut),
         cmocka_unit_test(a_crease_stays),
+        cmocka_unit_test(strays_go_and_ridges_stay),
         cmocka_unit_test(exact_points_are_not_smoothed),
     };
 
