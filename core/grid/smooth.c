@@ -81,7 +81,7 @@ static void invert(struct dx_smooth_scratch *x)
         for (uint32_t q = 0; q < DX_AREA_STRIDE; q++) {
             const uint32_t range = x->area.range[p][q];
 
-            x->inverse[p][q] = 1 / (float)(range ? range : 1);
+            x->inverse[p][q] = 1 / (float)(range | (range == 0));
         }
 }
 
@@ -202,38 +202,74 @@ static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
     dx_smooth_row_solve(&x->row);
 }
 
-/* A range of 0 stays 0, and no other becomes it. */
-static uint32_t moved(uint32_t range, float move, uint32_t most)
+/* A range of 0 stays 0, no other becomes it, and each keeps to its width. */
+static void move_narrow(uint16_t *restrict out, const uint32_t *range, const int32_t *move,
+                        uint32_t n)
 {
-    const int64_t to = (int64_t)range - (int64_t)(move + (move < 0 ? -0.5f : 0.5f));
+    for (uint32_t j = 0; j < n; j++) {
+        const int32_t there = range[j] ? -1 : 0, to = (int32_t)range[j] - move[j];
+        const int32_t least = to > 1 ? to : 1, most = least < UINT16_MAX ? least : UINT16_MAX;
 
-    if (!range)
-        return 0;
-    return to < 1 ? 1 : to > most ? most : (uint32_t)to;
+        out[j] = (uint16_t)(most & there);
+    }
 }
 
-/* Writes n dexels from dexel `at` on; widens col0..col1 of `changed` by those that differ. Whether
- * any did. */
-static bool put_row(struct dx_plane *out, size_t at, const struct dx_smooth_scratch *x, uint32_t p,
-                    const struct dx_plane *in, const struct dx_rect *part, struct dx_rect *changed)
+static void move_wide(uint32_t *restrict out, const uint32_t *range, const int32_t *move,
+                      uint32_t n)
 {
-    const uint32_t *range = x->area.range[p] + DX_MARGIN;
-    const uint32_t most = out->range_bytes == 2 ? UINT16_MAX : UINT32_MAX;
-    bool any = false;
+    for (uint32_t j = 0; j < n; j++) {
+        const int64_t to = (int64_t)range[j] - move[j];
 
-    for (uint32_t j = 0; j <= part->col1 - part->col0; j++) {
-        const uint32_t to = moved(range[j], x->row.move[j], most);
-        const uint32_t attr = dx_plane_attr(in, at + j), col = part->col0 + j;
-
-        if (dx_plane_range(out, at + j) == to && dx_plane_attr(out, at + j) == attr)
-            continue;
-        dx_plane_set_range(out, at + j, to);
-        dx_plane_set_attr(out, at + j, attr);
-        changed->col0 = changed->col0 < col ? changed->col0 : col;
-        changed->col1 = changed->col1 > col ? changed->col1 : col;
-        any = true;
+        out[j] = range[j] == 0 ? 0 : to < 1 ? 1 : to > UINT32_MAX ? UINT32_MAX : (uint32_t)to;
     }
-    return any;
+}
+
+/* Replaces n elements of `size` bytes; widens col0..col1 of `changed`, from `col` on, by those that
+ * differ. Whether any did. */
+static bool replace(uint8_t *to, const uint8_t *from, size_t size, uint32_t n, uint32_t col,
+                    struct dx_rect *changed)
+{
+    uint32_t first = 0, last = n - 1;
+
+    if (memcmp(to, from, n * size) == 0)
+        return false;
+    while (memcmp(to + first * size, from + first * size, size) == 0)
+        first++;
+    while (memcmp(to + last * size, from + last * size, size) == 0)
+        last--;
+    memcpy(to, from, n * size);
+    changed->col0 = changed->col0 < col + first ? changed->col0 : col + first;
+    changed->col1 = changed->col1 > col + last ? changed->col1 : col + last;
+    return true;
+}
+
+/* The dexels of a part in row i of the grid. */
+static void put_row(struct dx_plane *out, struct dx_rect *changed, struct dx_smooth_scratch *x,
+                    const struct dx_plane *in, const struct dx_rect *part, uint32_t i)
+{
+    const size_t at = (size_t)i * out->width + part->col0, rb = out->range_bytes;
+    const uint32_t n = part->col1 - part->col0 + 1;
+    const uint32_t *range = x->area.range[DX_MARGIN + i - part->row0] + DX_MARGIN;
+    union {
+        uint16_t narrow[DX_SMOOTH_ROW];
+        uint32_t wide[DX_SMOOTH_ROW];
+    } to;
+    bool any;
+
+    if (rb == 2)
+        move_narrow(to.narrow, range, x->row.move, n);
+    else
+        move_wide(to.wide, range, x->row.move, n);
+    any =
+        replace((uint8_t *)out->range + at * rb, (const uint8_t *)&to, rb, n, part->col0, changed);
+    if (out->attr_bytes)
+        any |= replace((uint8_t *)out->attr + at * out->attr_bytes,
+                       (const uint8_t *)in->attr + at * out->attr_bytes, out->attr_bytes, n,
+                       part->col0, changed);
+    if (any) {
+        changed->row0 = changed->row0 < i ? changed->row0 : i;
+        changed->row1 = i;
+    }
 }
 
 /* ---- a part --------------------------------------------------------------------------------- */
@@ -260,12 +296,7 @@ void dx_smooth_part(struct dx_smooth *s, struct dx_plane *out, struct dx_rect *c
     x->row.n = (part.col1 - part.col0) / 8 * 8 + 8;
     *changed = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
     for (uint32_t i = part.row0; i <= part.row1; i++) {
-        const uint32_t p = DX_MARGIN + i - part.row0;
-
-        solve_row(s, x, g, p);
-        if (!put_row(out, (size_t)i * tiling->width + part.col0, x, p, in, &part, changed))
-            continue;
-        changed->row0 = changed->row0 < i ? changed->row0 : i;
-        changed->row1 = i;
+        solve_row(s, x, g, DX_MARGIN + i - part.row0);
+        put_row(out, changed, x, in, &part, i);
     }
 }

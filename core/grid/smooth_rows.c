@@ -231,7 +231,8 @@ void dx_smooth_row_solve(struct dx_smooth_row *r)
         step(r);
     for (uint32_t j = 0; j < r->n; j++) { /* at most so far ahead, at most so far back */
         const float s = most - above_zero(most - r->shift[j]);
+        const float move = (above_zero(s + most) - most) * CUTOFF * r->sigma[j];
 
-        r->move[j] = (above_zero(s + most) - most) * CUTOFF * r->sigma[j];
+        r->move[j] = (int32_t)(move + float_of(bits_of(0.5f) | (bits_of(move) & INT32_MIN)));
     }
 }

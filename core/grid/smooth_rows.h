@@ -30,7 +30,7 @@ struct dx_smooth_row {
     } pair[DX_SMOOTH_PAIRS];
     float shift[DX_SMOOTH_ROW]; /* the robust mean, in cutoffs from the own sample */
     float sum[DX_SMOOTH_ROW], total[DX_SMOOTH_ROW];
-    float move[DX_SMOOTH_ROW]; /* what to take from the range, units, rounded */
+    int32_t move[DX_SMOOTH_ROW]; /* what to take from the range, units */
 };
 
 /* A row of the neighbourhood, and the rows of a pair's two ends (pointers to the dexels' own
