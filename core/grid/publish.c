@@ -138,8 +138,7 @@ static bool row_has_moved(const struct dx_terrain *t, const struct part *p, uint
 
     for (uint32_t k = 0; k < p->n_cols; k++)
         if (has_moved(t, p, estimate[k], dx_plane_range(t->sampled, at + k)) ||
-            (p->hold == 0 &&
-             dx_plane_attr(p->attr, at + k) != dx_plane_attr(t->sampled, at + k)))
+            (p->hold == 0 && dx_plane_attr(p->attr, at + k) != dx_plane_attr(t->sampled, at + k)))
             return true;
     return false;
 }
