@@ -51,6 +51,7 @@ struct dexel_stream {
                                       see dexel_commit's caps */
     unsigned attr_bytes;           /* 0, 1 or 2: bytes of a vertex's attribute */
     int normals;                   /* tiles come with normals */
+    int smoothed;                  /* vertices are no samples: the stream smooths its ranges */
     double unit_m;                 /* metres per range unit */
     double pose[12];               /* rows of [R|t], scanner to world; not applied to vertices */
     double sigma[3], tilt_deg, noise_k, cap_m; /* mesh parameters in force */

@@ -63,6 +63,7 @@ static int call_stream(struct dexel *d)
         .flip = m->flip,
         .attr_bytes = m->attr_bytes,
         .normals = m->normals,
+        .smoothed = m->smooth,
         .unit_m = (double)m->unit_m,
         .tilt_deg = m->tilt_deg,
         .noise_k = m->noise_k,

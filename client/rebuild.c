@@ -104,6 +104,8 @@ int dx_session_tile(struct dexel *d, const uint8_t *body, size_t len)
         return refuse_chunk(d, "not with the attribute of the subscription");
     if (h.n_triangles && h.has_normals != d->told.normals)
         return refuse_chunk(d, "not with the normals of the subscription");
+    if (h.n_triangles && h.smoothed != d->told.smooth)
+        return refuse_chunk(d, "smoothed where the subscription is not, or the other way round");
     if (d->callbacks.tile && dx_chunk_get(&d->mesh, body, len, &d->tiling, d->geometry) < 0)
         return refuse_chunk(d, "its counts, codes, ranges or indices do not agree");
     r = d->callbacks.raw_tile ? d->callbacks.raw_tile(d->user, body, len) : 0;

@@ -108,6 +108,9 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Close the hole at each pole of a full turn by a fan."},
     {"streams[].mesh.normals", DX_CONFIG_BOOL, STREAM(mesh.normals), .preset = "no",
      .help = "Compute a normal for each vertex, for subscribers who ask for normals."},
+    {"streams[].mesh.smooth", DX_CONFIG_BOOL, STREAM(mesh.smooth), .preset = "no",
+     .help = "Smooth ranges along the beam, by what joined neighbours tell: less noise, but the vertices\n"
+             "are no samples then, and subscribers are told so.\nNot with exact points."},
     {"streams[].mesh.paper", DX_CONFIG_BOOL, STREAM(mesh.paper), .preset = "no",
      .help = "The rule of Gopi and Krishnan (2002) alone: edges no longer than cap.\n"
              "Overrides tilt, rescue, mixed, bridge and diag."},

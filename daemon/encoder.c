@@ -83,6 +83,8 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
         } else {
             job->len[n] = dx_chunk_put_delta(job->body[n], &s->tile);
         }
+        if (dx_terrain_params(e->terrain)->smooth)
+            dx_chunk_set_smoothed(job->body[n]);
     }
 }
 

@@ -95,6 +95,7 @@ static void put_subscribed(struct dx_subscriber *s)
         .diag = (uint8_t)p->diag,
         .paper = p->paper,
         .normals = p->normals && s->asked.want & DX_WANT_NORMALS,
+        .smooth = p->smooth,
     };
     struct dx_writer w;
 
@@ -153,7 +154,8 @@ static uint8_t wanted_sections(const struct dx_subscriber *s)
 {
     unsigned attr = s->asked.want & DX_WANT_ATTR ? DX_CHUNK_ATTR8 | DX_CHUNK_ATTR16 : 0;
 
-    return (uint8_t)(attr | (s->asked.want & DX_WANT_NORMALS ? DX_CHUNK_NORMALS : 0));
+    return (uint8_t)(attr | (s->asked.want & DX_WANT_NORMALS ? DX_CHUNK_NORMALS : 0) |
+                     DX_CHUNK_SMOOTHED);
 }
 
 /*

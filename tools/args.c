@@ -250,6 +250,9 @@ int dx_terrain_args_set(struct dx_terrain_args *a, const char *command, int opt,
     case DX_OPTION_NORMALS:
         a->params.normals = true;
         return 0;
+    case DX_OPTION_SMOOTH:
+        a->params.smooth = true;
+        return 0;
     case DX_OPTION_SEAM:
         k = dx_arg_choice(&(struct dx_arg){command, "--seam", text}, seams);
         a->fit.seam = k - 1;

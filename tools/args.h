@@ -88,6 +88,7 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
                          DX_OPTION_PAPER,
                          DX_OPTION_FILTER,
                          DX_OPTION_HOLD,
+                         DX_OPTION_SMOOTH,
 };
 
 /* Entries for the command's struct option table. */
@@ -105,6 +106,7 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
         {"unit", required_argument, NULL, DX_OPTION_UNIT},                                         \
         {"filter", required_argument, NULL, DX_OPTION_FILTER},                                     \
         {"hold", required_argument, NULL, DX_OPTION_HOLD},                                         \
+        {"smooth", no_argument, NULL, DX_OPTION_SMOOTH},                                           \
     {                                                                                              \
         "paper", no_argument, NULL, DX_OPTION_PAPER                                                \
     }
@@ -126,7 +128,8 @@ enum dx_terrain_option { /* values in struct option, away from characters and th
     "  --unit M              range unit, metres (finest that holds the range in 16 bits)\n"        \
     "  --paper               length <= --cap and no other rule\n"                                  \
     "  --filter off|mean|median3  over the frames up to the one that is meshed (off)\n"            \
-    "  --hold C              sigmas a dexel departs before it is taken over (0)\n"
+    "  --hold C              sigmas a dexel departs before it is taken over (0)\n"                 \
+    "  --smooth              smooth ranges along the beam: vertices are no samples then\n"
 
 void dx_terrain_args_default(struct dx_terrain_args *a);
 /* `opt` is what getopt_long returned. 0; -EINVAL having said why. */

@@ -9,6 +9,7 @@
 #include "tools/args.h"
 #include "tools/bench_args.h"
 #include "tools/bench_frame.h"
+#include "tools/bench_smooth.h"
 #include "tools/now.h"
 
 #include <errno.h>
@@ -20,14 +21,15 @@
 static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
     "       dexel bench rules|update|live|paper|quality ...   (each has its --help)\n"
-    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta, copy.\n"
-    "rules: the codes with each rule; update: a frame where little has changed; live: a\n"
-    "running service at its subscribers; paper: the table of Gopi and Krishnan (2002);\n"
-    "quality: meshes against the truth.\n\n" DX_BENCH_ARGS_HELP;
+    "Measures terrain mode on a simulated scan: publish, smooth, codes, f32, q16, delta,\n"
+    "copy. smooth: what it would add. rules: the codes with each rule; update: a frame where\n"
+    "little has changed; live: a running service at its subscribers; paper: the table of Gopi\n"
+    "and Krishnan (2002); quality: meshes against the truth.\n\n" DX_BENCH_ARGS_HELP;
 
-enum stage { PUBLISH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
+enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
 
-static const char *const stage_names[] = {"publish", "codes", "f32", "q16", "delta", "copy", NULL};
+static const char *const stage_names[] = {"publish", "smooth", "codes", "f32",
+                                          "q16",     "delta",  "copy",  NULL};
 
 static const struct dx_bench_command command = {"dexel bench", help, stage_names, false};
 
@@ -45,6 +47,7 @@ struct bench {
     struct dx_bench_frames frames;
     struct dx_terrain *terrain;
     struct dx_bench_encoder *encoder;
+    struct dx_bench_smooth smooth; /* where that stage is wanted */
     struct dx_bench_memory memory; /* taken only where wanted: it would be counted */
     struct dx_bench_encoded encoded[N_STAGES];
     struct lane lane[DX_BENCH_THREADS];
@@ -68,6 +71,9 @@ static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
     case PUBLISH:
         dx_terrain_publish(b->terrain, frame, 0, frame->width);
         break;
+    case SMOOTH:
+        dx_bench_smooth_run(&b->smooth, frame, pool);
+        break;
     case CODES:
         dx_terrain_commit(b->terrain, pool);
         break;
@@ -88,8 +94,8 @@ static void run_round(struct bench *b, uint32_t round)
         for (enum stage s = 0; s < N_STAGES; s++) {
             uint64_t start = dx_now_ns();
 
-            if (s > CODES && !wants(b, s))
-                continue; /* the first two are what the others work on */
+            if (s != PUBLISH && s != CODES && !wants(b, s))
+                continue; /* those two are what the others work on */
             run_stage(b, s, lane->pool);
             lane->seconds[s][round] = dx_seconds_since(start);
         }
@@ -115,6 +121,7 @@ static void bench_fini(struct bench *b)
     for (int k = 0; k < DX_BENCH_THREADS; k++)
         dx_pool_free(b->lane[k].pool);
     dx_bench_memory_fini(&b->memory);
+    dx_bench_smooth_fini(&b->smooth);
     dx_bench_encoder_free(b->encoder);
     dx_terrain_free(b->terrain);
     dx_bench_frames_fini(&b->frames);
@@ -138,6 +145,10 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
     }
     if (r == 0)
         r = dx_bench_encoder_new(&b->encoder, most);
+    if (r == 0 && wants(b, SMOOTH)) {
+        params.sigma[0] = a->scene.sigma[0];
+        r = dx_bench_smooth_init(&b->smooth, b->frames.geometry, &params);
+    }
     if (r == 0 && wants(b, COPY))
         r = dx_bench_memory_init(&b->memory);
     if (r == 0 && b->frames.geometry->range_bytes != 2)
@@ -152,6 +163,7 @@ static const struct dx_report_column stage_columns[] = {
     {"size", "size", 0},
     {"threads", "threads", 0},
     {"publish", "publish_ns", 2},
+    {"smooth", "smooth_ns", 2},
     {"codes", "codes_ns", 2},
     {"f32", "f32_ns", 2},
     {"q16", "q16_ns", 2},

@@ -165,6 +165,7 @@ static int print_stats(const struct cat *cat, const struct dx_mesh *mesh, double
     json_object_set_new(o, "width", json_integer(cat->stream.width));
     json_object_set_new(o, "height", json_integer(cat->stream.height));
     json_object_set_new(o, "sigma", dx_sigma_json(cat->stream.sigma));
+    json_object_set_new(o, "smoothed", json_boolean(cat->stream.smoothed));
     json_object_set_new(o, "commits", json_integer((json_int_t)cat->n_commits));
     json_object_set_new(o, "frame", json_integer((json_int_t)cat->last.frame));
     json_object_set_new(o, "frames_missed", json_integer((json_int_t)cat->n_missed));
@@ -200,9 +201,10 @@ static int on_stream(void *user, const struct dexel_stream *stream)
     cat->mesh = mesh;
     cat->stream = *stream;
     if (!cat->args.quiet)
-        fprintf(stderr, "%s%s: %s, %u x %u dexels, unit %g mm\n", cat->live_line ? "\r\033[K" : "",
-                stream->name, model_name(stream->model), stream->width, stream->height,
-                stream->unit_m * 1e3);
+        fprintf(stderr, "%s%s: %s, %u x %u dexels, unit %g mm%s\n",
+                cat->live_line ? "\r\033[K" : "", stream->name, model_name(stream->model),
+                stream->width, stream->height, stream->unit_m * 1e3,
+                stream->smoothed ? ", smoothed" : "");
     return ask_next(cat);
 }
 

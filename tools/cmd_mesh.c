@@ -177,6 +177,7 @@ static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, d
     json_object_set_new(j, "wrap", json_boolean(o->geometry->wrap));
     json_object_set_new(j, "unit", json_real((double)o->geometry->unit_m));
     json_object_set_new(j, "sigma", dx_sigma_json(o->params.sigma));
+    json_object_set_new(j, "smoothed", json_boolean(o->params.smooth));
     json_object_set_new(j, "rms_dexel", json_real(o->fit.rms_dexel));
     json_object_set_new(j, "regularity", json_real(o->fit.regularity));
     json_object_set_new(j, "azimuth_step_deg", json_real(o->fit.azimuth_step_deg));

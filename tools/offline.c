@@ -157,6 +157,8 @@ static int build_tile(struct scratch *x, const struct dx_terrain *t, int encodin
             return 0;
         len = dx_chunk_put_f32(x->body, &x->mesh);
     }
+    if (dx_terrain_params(t)->smooth)
+        dx_chunk_set_smoothed(x->body);
     return dx_chunk_get(&x->mesh, x->body, len, tiling, g);
 }
 

@@ -83,6 +83,19 @@ int dx_quality_static(struct dx_quality_static *out, struct dx_quality_rig *rig,
                       const struct dx_terrain_params *params, const struct dx_quality_draw *draw,
                       uint32_t settling, uint32_t n_frames);
 
+/* Root mean square distances of ranges from the true ones, in sigmas: on flat parts, within three
+ * dexels of creases (cells that one crosses) and of silhouettes (cells that are not smooth), and at
+ * the corners of the cells that a crease crosses. */
+struct dx_quality_smooth {
+    double flat, crease, silhouette, on_crease;
+    double largest_move; /* of smoothed ranges from the samples, in sigmas */
+};
+
+/* Of a drawing's ranges, of the same smoothed, and (the bias) of the true ones smoothed as those
+ * are. Errors: of dx_terrain_new, -ENOMEM. */
+int dx_quality_smooth(struct dx_quality_smooth out[3], struct dx_quality_rig *rig,
+                      const struct dx_quality_draw *draw);
+
 /* ---- themes -----------------------------------------------------------------------------------
  */
 
@@ -98,7 +111,7 @@ typedef int dx_quality_theme(struct dx_quality_run *run);
 dx_quality_theme dx_quality_theme_coverage, dx_quality_theme_veil, dx_quality_theme_mixed,
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
     dx_quality_theme_noise, dx_quality_theme_topology, dx_quality_theme_bytes,
-    dx_quality_theme_static;
+    dx_quality_theme_static, dx_quality_theme_smooth;
 
 /* A scene as the themes' tables name it; half the size when the run is quick. */
 struct dx_quality_scan {

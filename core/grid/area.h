@@ -49,6 +49,14 @@ static inline uint32_t dx_area_range(const struct dx_area *a, uint32_t p, uint32
     return a->wide ? a->range[p][q] : a->range16[p][q];
 }
 
+/* Fills the 32-bit ranges of a narrow area too, for who wants them. */
+static inline void dx_area_widen(struct dx_area *a)
+{
+    for (uint32_t p = a->first; !a->wide && p < a->end; p++)
+        for (uint32_t q = 0; q < DX_AREA_STRIDE; q++)
+            a->range[p][q] = a->range16[p][q];
+}
+
 /* floor(2^40 / range); 0 for what is missing or too near for the fixed point. The quotient of
  * doubles is off by less than 2^-52 of it, and no closer to the next integer than 1 / range: it
  * truncates to the same, at a third of the time of an integer division. */

@@ -8,6 +8,7 @@
 #include "core/grid/estimator.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,6 +69,18 @@ int dx_estimator_init(struct dx_estimator *e, const struct dx_ingest_params *par
     if (r < 0)
         dx_estimator_fini(e);
     return r;
+}
+
+double dx_estimator_noise(const struct dx_ingest_params *p)
+{
+    switch (p->filter) {
+    case DX_FILTER_MEAN:
+        return sqrt(1.0 / (2 * p->n_max - 1));
+    case DX_FILTER_MEDIAN3:
+        return 0.67;
+    default:
+        return 1;
+    }
 }
 
 void dx_estimator_fini(struct dx_estimator *e)

@@ -50,6 +50,9 @@ int dx_estimator_init(struct dx_estimator *e, const struct dx_ingest_params *par
                       const struct dx_plane *plane);
 void dx_estimator_fini(struct dx_estimator *e);
 
+/* What is left of white noise of 1 sigma once the filter has settled. */
+double dx_estimator_noise(const struct dx_ingest_params *params);
+
 /* The noise is known from here on. */
 void dx_estimator_settle(struct dx_estimator *e, const struct dx_sigma *sigma);
 

@@ -10,8 +10,7 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* What inverse range is linear in. */
-static void direction(const struct dx_geometry *g, uint32_t i, uint32_t j, double d[3])
+void dx_lines_direction(const struct dx_geometry *g, uint32_t i, uint32_t j, double d[3])
 {
     if (g->model == DX_MODEL_PINHOLE) {
         d[0] = (double)g->table[j];
@@ -38,35 +37,43 @@ static struct dx_line line_of(const double before[3], const double d[3], const d
     return (struct dx_line){weight((p * c - s * b) / det), weight((s * a - p * b) / det)};
 }
 
-static struct dx_line line_at(const struct dx_geometry *g, enum dx_edge e, uint32_t i, uint32_t j)
+/* Row or column x + d of n; -1: outside the grid. */
+static int64_t neighbour(uint32_t x, int d, uint32_t n, bool wrap)
 {
-    /* rows and columns of the neighbour before; the one after is opposite */
-    static const int step[DX_N_EDGES][2] = {{0, -1}, {-1, 0}, {-1, -1}, {-1, 1}};
-    const int di = step[e][0], dj = step[e][1];
-    uint32_t before, after;
+    int64_t y = (int64_t)x + d;
+
+    if (wrap)
+        return (y + n) % n;
+    return y >= 0 && y < n ? y : -1;
+}
+
+struct dx_line dx_lines_at(const struct dx_geometry *g, uint32_t i, uint32_t j, int di, int dj)
+{
     double d[3][3];
 
-    if (di && (i == 0 || i + 1 >= g->height))
-        return (struct dx_line){0, 0};
-    if (dj && !g->wrap && (j == 0 || j + 1 >= g->width))
-        return (struct dx_line){0, 0};
-    before = (uint32_t)((int64_t)j + dj + g->width) % g->width;
-    after = (uint32_t)((int64_t)j - dj + g->width) % g->width;
-    direction(g, (uint32_t)((int64_t)i + di), before, d[0]);
-    direction(g, i, j, d[1]);
-    direction(g, (uint32_t)((int64_t)i - di), after, d[2]);
+    for (int k = -1; k <= 1; k++) {
+        int64_t row = neighbour(i, k * di, g->height, false);
+        int64_t col = neighbour(j, k * dj, g->width, g->wrap);
+
+        if (row < 0 || col < 0)
+            return (struct dx_line){0, 0};
+        dx_lines_direction(g, (uint32_t)row, (uint32_t)col, d[k + 1]);
+    }
     return line_of(d[0], d[1], d[2]);
 }
 
 void dx_lines_fill(struct dx_line *line, const struct dx_geometry *g, enum dx_edge e,
                    bool per_dexel)
 {
+    /* rows and columns to the neighbour after; the one before is opposite */
+    static const int step[DX_N_EDGES][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};
+
     if (g->width < 3) /* no line of three columns: all stay 0 */
         return;
     for (uint32_t i = 0; i < g->height; i++) {
         if (!per_dexel)
-            line[i] = line_at(g, e, i, 1);
+            line[i] = dx_lines_at(g, i, 1, step[e][0], step[e][1]);
         for (uint32_t j = 0; per_dexel && j < g->width; j++)
-            line[(size_t)i * g->width + j] = line_at(g, e, i, j);
+            line[(size_t)i * g->width + j] = dx_lines_at(g, i, j, step[e][0], step[e][1]);
     }
 }

@@ -12,35 +12,22 @@
  * tile's own: struts reach two dexels out of it, and those that meet them there three more. */
 #define NORMAL_REACH 5
 
-/* Marks the tiles whose outcome dexels (row, col0..col1) can change: those that own a cell within
- * the rules' margin (and the normals' reach) of them, and a dexel's own cells. */
-static void mark_tiles(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
+void dx_terrain_mark_tiles(struct dx_terrain *t, const struct dx_rect *dexels)
 {
-    const struct dx_tiling *g = &t->tiling;
     const uint32_t halo = t->gates.margin + (t->params.normals ? NORMAL_REACH : 0) + 1;
-    uint32_t i0 = row > halo ? row - halo : 0;
-    uint32_t i1 = row + halo - 1 < g->cell_rows ? row + halo - 1 : g->cell_rows - 1;
-    int64_t j0 = (int64_t)col0 - halo, j1 = (int64_t)col1 + halo - 1;
 
-    if (!g->wrap) {
-        j0 = j0 < 0 ? 0 : j0;
-        j1 = j1 < g->cell_cols ? j1 : g->cell_cols - 1;
-    }
-    for (uint32_t ti = i0 / DX_TILE_CELLS; ti <= i1 / DX_TILE_CELLS; ti++)
-        for (int64_t j = j0; j <= j1;) {
-            uint32_t col = (uint32_t)((j + 2 * (int64_t)g->cell_cols) % g->cell_cols);
-            uint32_t tj = col / DX_TILE_CELLS, end = (tj + 1) * DX_TILE_CELLS;
-            uint32_t n = ti * g->cols + tj;
-
-            t->marked[n / 64] |= 1ull << (n % 64);
-            j += (end < g->cell_cols ? end : g->cell_cols) - col;
-        }
+    dx_marks_set(t->marked, &t->tiling, dexels, halo, halo - 1); /* cells, and a dexel's own four */
 }
 
-static void mark_all(struct dx_terrain *t)
+/* Dexels (row, col0..col1) have changed: so can the tiles around, or the smoothed ranges around. */
+static void mark(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
 {
-    for (uint32_t k = 0; k < dx_tiling_n_tiles(&t->tiling); k++)
-        t->marked[k / 64] |= 1ull << (k % 64);
+    const struct dx_rect dexels = {row, row, col0, col1};
+
+    if (t->smoothing)
+        dx_smoothing_mark(t->smoothing, &dexels);
+    else
+        dx_terrain_mark_tiles(t, &dexels);
 }
 
 /* ---- the noise ------------------------------------------------------------------------------ */
@@ -50,6 +37,8 @@ static void set_noise(struct dx_terrain *t)
 {
     dx_gates_set(&t->gates, t->geometry, &t->params);
     t->gates_set = true;
+    if (t->smoothing)
+        dx_smoothing_set(t->smoothing, &t->gates);
     if (t->params.sigma_given)
         dx_estimator_settle(&t->estimator, &t->gates.sigma);
 }
@@ -61,7 +50,7 @@ static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
     if (t->gates_set && !t->params.sigma_given)
         return; /* the floor still */
     set_noise(t);
-    mark_all(t);
+    dx_marks_set_all(t->marked, &t->tiling);
 }
 
 /* ---- frames as they are --------------------------------------------------------------------- */
@@ -79,18 +68,18 @@ static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, 
                             uint32_t col0, uint32_t n)
 {
     size_t at = (size_t)row * frame->width + col0;
-    size_t rb = frame->range_bytes, ab = t->published.attr_bytes;
-    bool differs = replace((uint8_t *)t->published.range + at * rb,
+    size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes;
+    bool differs = replace((uint8_t *)t->sampled->range + at * rb,
                            (const uint8_t *)frame->range + at * rb, n * rb);
 
     if (ab)
-        differs |= replace((uint8_t *)t->published.attr + at * ab,
+        differs |= replace((uint8_t *)t->sampled->attr + at * ab,
                            (const uint8_t *)frame->attr + at * ab, n * ab);
-    if (t->published.xyz)
+    if (t->sampled->xyz)
         differs |=
-            replace(t->published.xyz + 3 * at, frame->xyz + 3 * at, 3 * n * sizeof(*frame->xyz));
+            replace(t->sampled->xyz + 3 * at, frame->xyz + 3 * at, 3 * n * sizeof(*frame->xyz));
     if (differs)
-        mark_tiles(t, row, col0, col0 + n - 1);
+        mark(t, row, col0, col0 + n - 1);
 }
 
 static void publish_frame(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
@@ -145,12 +134,11 @@ static bool has_moved(const struct dx_terrain *t, const struct part *p, uint64_t
 static bool row_has_moved(const struct dx_terrain *t, const struct part *p, uint32_t row,
                           const uint64_t *estimate)
 {
-    size_t at = (size_t)row * t->published.width + p->col0;
+    size_t at = (size_t)row * t->sampled->width + p->col0;
 
     for (uint32_t k = 0; k < p->n_cols; k++)
-        if (has_moved(t, p, estimate[k], dx_plane_range(&t->published, at + k)) ||
-            (p->hold == 0 &&
-             dx_plane_attr(p->attr, at + k) != dx_plane_attr(&t->published, at + k)))
+        if (has_moved(t, p, estimate[k], dx_plane_range(t->sampled, at + k)) ||
+            (p->hold == 0 && dx_plane_attr(p->attr, at + k) != dx_plane_attr(t->sampled, at + k)))
             return true;
     return false;
 }
@@ -161,18 +149,18 @@ static void publish_row(struct dx_terrain *t, const struct part *p, uint32_t row
     uint32_t first = UINT32_MAX, last = 0;
 
     for (uint32_t k = 0; k < p->n_cols; k++) {
-        size_t at = (size_t)row * t->published.width + p->col0 + k;
+        size_t at = (size_t)row * t->sampled->width + p->col0 + k;
         uint32_t range = rounded(estimate[k]), attr = dx_plane_attr(p->attr, at);
 
-        if (dx_plane_range(&t->published, at) == range && dx_plane_attr(&t->published, at) == attr)
+        if (dx_plane_range(t->sampled, at) == range && dx_plane_attr(t->sampled, at) == attr)
             continue;
-        dx_plane_set_range(&t->published, at, range);
-        dx_plane_set_attr(&t->published, at, attr);
+        dx_plane_set_range(t->sampled, at, range);
+        dx_plane_set_attr(t->sampled, at, attr);
         first = first < k ? first : k;
         last = k;
     }
     if (first != UINT32_MAX)
-        mark_tiles(t, row, p->col0 + first, p->col0 + last);
+        mark(t, row, p->col0 + first, p->col0 + last);
 }
 
 static void publish_part(struct dx_terrain *t, const struct dx_plane *frame, const struct part *p)
@@ -190,31 +178,24 @@ static void publish_part(struct dx_terrain *t, const struct dx_plane *frame, con
         publish_row(t, p, p->row0 + i, t->estimate + (size_t)i * DX_PART_SIDE);
 }
 
-/* Where the dexels of tile row or column `n` of `n_tiles` end: the last ones take the rest. */
-static uint32_t part_end(uint32_t n, uint32_t n_tiles, uint32_t side)
-{
-    return n + 1 < n_tiles ? (n + 1) * DX_TILE_CELLS : side;
-}
-
 static void publish_estimates(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                               uint32_t n_cols)
 {
-    const struct dx_tiling *g = &t->tiling;
     struct part p = {.attr = t->params.ingest.filter ? &t->estimator.newest : frame,
                      .hold = t->params.sigma_given ? t->hold : 0};
 
     p.surely_held = hold_at(t, p.hold, 0);
     dx_estimator_begin(&t->estimator, frame, col0, n_cols);
-    for (uint32_t ti = 0; ti < g->rows; ti++) {
-        p.row0 = ti * DX_TILE_CELLS;
-        p.n_rows = part_end(ti, g->rows, g->height) - p.row0;
-        for (p.col0 = col0; p.col0 < col0 + n_cols; p.col0 += p.n_cols) {
-            uint32_t tj = p.col0 / DX_TILE_CELLS < g->cols ? p.col0 / DX_TILE_CELLS : g->cols - 1;
-            uint32_t end = part_end(tj, g->cols, g->width);
+    for (uint32_t n = 0; n < dx_tiling_n_tiles(&t->tiling); n++) {
+        struct dx_rect r = dx_marks_part(&t->tiling, n);
 
-            p.n_cols = (end < col0 + n_cols ? end : col0 + n_cols) - p.col0;
+        p.row0 = r.row0;
+        p.n_rows = r.row1 - r.row0 + 1;
+        p.col0 = r.col0 > col0 ? r.col0 : col0;
+        r.col1 = r.col1 < col0 + n_cols ? r.col1 : col0 + n_cols - 1;
+        p.n_cols = r.col1 - p.col0 + 1;
+        if (p.col0 <= r.col1)
             publish_part(t, frame, &p);
-        }
     }
 }
 

@@ -79,12 +79,23 @@ const char *dx_terrain_params_check_exact(const struct dx_terrain_params *p)
         return "exact points need filter off: an estimate is no sample";
     if (hold_of(&p->ingest) != 0)
         return "exact points need hold 0: every difference is published";
+    if (p->smooth)
+        return "exact points need smooth off: a smoothed range is no sample";
     return NULL;
 }
 
-static uint64_t *bits_new(uint32_t n)
+/* What samples are published through. */
+static int init_stages(struct dx_terrain *t)
 {
-    return calloc((size_t)n / 64 + 1, sizeof(uint64_t));
+    int r = dx_estimator_init(&t->estimator, &t->params.ingest, &t->published);
+
+    if (r == 0)
+        r = dx_gates_init(&t->gates, t->geometry);
+    if (r == 0 && t->params.smooth)
+        r = dx_smoothing_new(&t->smoothing, t->geometry, &t->tiling, &t->published,
+                             dx_estimator_noise(&t->params.ingest), t->gates.per_dexel);
+    t->sampled = t->smoothing ? &t->smoothing->sampled : &t->published;
+    return r;
 }
 
 int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
@@ -108,17 +119,15 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->code = calloc(n_tiles, DX_TILE_CELLS * DX_TILE_CELLS);
     t->strut = calloc(n_tiles, DX_BLOCK_DEXELS);
     t->hash = calloc(n_tiles, sizeof(*t->hash));
-    t->marked = bits_new((uint32_t)n_tiles);
-    t->changed = bits_new((uint32_t)n_tiles);
+    t->marked = calloc(dx_marks_n_words(&t->tiling), sizeof(*t->marked));
+    t->changed = calloc(dx_marks_n_words(&t->tiling), sizeof(*t->changed));
     t->task = calloc(n_tiles, sizeof(*t->task));
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
     t->hold = hold_of(&params->ingest);
     t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
     r = dx_plane_init_for(&t->published, g, attr_bytes);
     if (r == 0)
-        r = dx_estimator_init(&t->estimator, &params->ingest, &t->published);
-    if (r == 0)
-        r = dx_gates_init(&t->gates, g);
+        r = init_stages(t);
     if (r == 0 && (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task ||
                    !t->scratch || !t->estimate))
         r = -ENOMEM;
@@ -138,6 +147,7 @@ void dx_terrain_free(struct dx_terrain *t)
     if (!t)
         return;
     dx_plane_fini(&t->published);
+    dx_smoothing_free(t->smoothing);
     dx_estimator_fini(&t->estimator);
     free(t->estimate);
     free(t->scratch);
@@ -207,15 +217,27 @@ static void compare_tile(void *ctx, uint32_t task, unsigned thread)
     t->hash[number] = hash;
 }
 
+/* From the samples to the published array. */
+static void smooth(struct dx_terrain *t, struct dx_pool *pool)
+{
+    const uint32_t n = dx_smoothing_run(t->smoothing, &t->published, pool);
+
+    for (uint32_t k = 0; k < n; k++)
+        if (t->smoothing->changed[k].row0 <= t->smoothing->changed[k].row1)
+            dx_terrain_mark_tiles(t, &t->smoothing->changed[k]);
+}
+
 uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
 {
     uint32_t n_tiles = dx_tiling_n_tiles(&t->tiling), n = 0, n_changed = 0;
 
-    memset(t->changed, 0, ((size_t)n_tiles / 64 + 1) * sizeof(*t->changed));
+    if (t->smoothing && t->gates_set)
+        smooth(t, pool);
+    memset(t->changed, 0, dx_marks_n_words(&t->tiling) * sizeof(*t->changed));
     for (uint32_t k = 0; t->gates_set && k < n_tiles; k++)
-        if (t->marked[k / 64] >> (k % 64) & 1)
+        if (dx_marks_has(t->marked, k))
             t->task[n++] = k;
-    memset(t->marked, 0, ((size_t)n_tiles / 64 + 1) * sizeof(*t->marked));
+    memset(t->marked, 0, dx_marks_n_words(&t->tiling) * sizeof(*t->marked));
     dx_pool_run(pool, n, decide_tile, t);
     dx_pool_run(pool, n, compare_tile, t);
     for (uint32_t k = 0; k < n; k++)

@@ -49,6 +49,7 @@ struct dx_terrain_params {
     struct dx_ingest_params ingest;
     double sigma[3];  /* s0 (m), s1 (1), s2 (1/m): sigma(r) = s0 + s1 r + s2 r^2, 1 sigma */
     bool sigma_given; /* false: estimated from the first frame, then kept */
+    bool smooth;      /* ranges are smoothed along the beam before they are published: smooth.h */
     double
         tilt_deg;   /* steepest incidence joined by the first-order rule; default 78.69 (tan = 5) */
     double noise_k; /* noise gate in sigmas; default 4 */
@@ -63,8 +64,8 @@ struct dx_terrain_params {
     enum dx_simd simd; /* instruction set of the inner loops: the same mesh by every one */
 };
 
-/* The defaults named above; sigma not given; rescue, mixed axis, bridge 1, diag bend; no caps, no
- * normals. */
+/* The defaults named above; sigma not given; rescue, mixed axis, bridge 1, diag bend; not smoothed,
+ * no caps, no normals. */
 void dx_terrain_params_default(struct dx_terrain_params *p);
 
 /* NULL, or what is wrong with the parameters ("tilt must be in 0..89"). */
@@ -85,6 +86,7 @@ void dx_terrain_free(struct dx_terrain *t);
 
 const struct dx_tiling *dx_terrain_tiling(const struct dx_terrain *t);
 const struct dx_geometry *dx_terrain_geometry(const struct dx_terrain *t);
+/* Where ranges are smoothed: as of the last commit. */
 const struct dx_plane *dx_terrain_published(const struct dx_terrain *t);
 
 /* The parameters in force: sigma is the estimate, and sigma_given is set, once it is settled. */
@@ -95,9 +97,9 @@ const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t);
  * geometry is exact; n_cols = width for a whole frame; each column once a frame), publishes what
  * params.ingest lets through, and marks the tiles that it touches. After each call, for each dexel
  * of those columns: it is published iff it has an estimate, and within max(hold * sigma, half a
- * unit) of it. Where the noise was not given, the first whole frame that can tell it settles it
- * (dx_terrain_params); until then it is the floor for the mesh, samples are not averaged, and every
- * difference is published.
+ * unit) of it (where ranges are smoothed: what they are smoothed from is). Where the noise was not
+ * given, the first whole frame that can tell it settles it (dx_terrain_params); until then it is
+ * the floor for the mesh, samples are not averaged, and every difference is published.
  */
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                         uint32_t n_cols);
@@ -107,9 +109,9 @@ void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint
 void dx_terrain_forget(struct dx_terrain *t);
 
 /*
- * Computes the marked tiles anew, on the pool (NULL: on the caller), and returns how many changed;
- * their bits are then set in dx_terrain_changed() until the next commit. Tile n is (n / cols, n %
- * cols).
+ * Smooths what has changed (params.smooth), computes the marked tiles anew, on the pool (NULL: on
+ * the caller), and returns how many changed; their bits are then set in dx_terrain_changed() until
+ * the next commit. Tile n is (n / cols, n % cols).
  */
 uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool);
 const uint64_t *dx_terrain_changed(const struct dx_terrain *t);

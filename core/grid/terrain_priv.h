@@ -5,9 +5,10 @@
 
 #include "core/grid/estimator.h"
 #include "core/grid/gates.h"
+#include "core/grid/smoothing.h"
 #include "core/grid/terrain.h"
 
-/* The dexels that belong to a tile: 64 x 64, and one row and column more in the last ones. */
+/* The most rows and columns of dexels that belong to a tile. */
 #define DX_PART_SIDE (DX_TILE_CELLS + 1)
 
 struct dx_terrain {
@@ -21,16 +22,22 @@ struct dx_terrain {
     uint32_t hold;      /* 1/256 sigma */
     uint64_t *estimate; /* DX_PART_SIDE^2: of the part that is being published */
     struct dx_plane published;
-    uint8_t *code;              /* DX_TILE_CELLS^2 a tile */
-    uint8_t *strut;             /* DX_BLOCK_DEXELS a tile */
-    uint64_t *hash;             /* a tile; 0 = no triangles */
-    uint64_t *marked, *changed; /* bits by tile number */
-    uint32_t *task;             /* tile numbers of the commit under way */
-    struct scratch *scratch;    /* one a thread of the pool */
+    struct dx_smoothing *smoothing; /* NULL: without */
+    struct dx_plane *sampled;       /* what publishing writes: the array that is published, or the
+                                       one that it is smoothed from */
+    uint8_t *code;                  /* DX_TILE_CELLS^2 a tile */
+    uint8_t *strut;                 /* DX_BLOCK_DEXELS a tile */
+    uint64_t *hash;                 /* a tile; 0 = no triangles */
+    uint64_t *marked, *changed;     /* bits by tile number */
+    uint32_t *task;                 /* tile numbers of the commit under way */
+    struct scratch *scratch;        /* one a thread of the pool */
     unsigned n_scratch;
 };
 
 /* Which rectangle of the grid a tile is, without its outcome and samples. */
 void dx_terrain_describe(const struct dx_terrain *t, uint32_t number, struct dx_tile *tile);
+
+/* Marks the tiles whose outcome these published dexels can change. */
+void dx_terrain_mark_tiles(struct dx_terrain *t, const struct dx_rect *dexels);
 
 #endif

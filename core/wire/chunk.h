@@ -26,6 +26,7 @@
 #define DX_CHUNK_ATTR8       0x01u /* section bits */
 #define DX_CHUNK_ATTR16      0x02u
 #define DX_CHUNK_NORMALS     0x04u
+#define DX_CHUNK_SMOOTHED    0x08u /* of no section: the vertices are no samples */
 
 /* The longest chunk of an encoding (with a 16-bit attribute and normals). */
 size_t dx_chunk_max_len(enum dx_encoding encoding);
@@ -38,6 +39,9 @@ size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile);
 size_t dx_chunk_put_delta(uint8_t *out, const struct dx_tile *tile);
 size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile_row,
                           uint32_t tile_col);
+
+/* Says of a chunk that its ranges are smoothed; of an empty one there is nothing to say. */
+void dx_chunk_set_smoothed(uint8_t *chunk);
 
 /* A chunk without the sections that are not wanted: `head` in place of its header, then `len` bytes
  * from `skip` on. */
@@ -54,6 +58,7 @@ struct dx_chunk_header {
     uint16_t row, col; /* of the tile */
     uint8_t encoding, attr_bytes;
     bool has_normals;
+    bool smoothed;                    /* the vertices are no samples */
     uint16_t n_vertices, n_triangles; /* both 0: an empty tile */
 };
 

@@ -20,7 +20,7 @@ static uint32_t cells_of(uint32_t cells, uint32_t tile)
 
 static int attr_bytes_of(uint8_t sections)
 {
-    switch (sections & ~DX_CHUNK_NORMALS) {
+    switch (sections & ~(DX_CHUNK_NORMALS | DX_CHUNK_SMOOTHED)) {
     case 0:
         return 0;
     case DX_CHUNK_ATTR8:
@@ -51,6 +51,7 @@ int dx_chunk_get_header(struct dx_chunk_header *h, const uint8_t *body, size_t l
         return -EBADMSG;
     h->attr_bytes = (uint8_t)attr_bytes;
     h->has_normals = sections & DX_CHUNK_NORMALS;
+    h->smoothed = sections & DX_CHUNK_SMOOTHED;
     if (h->n_triangles == 0)
         return h->n_vertices == 0 && sections == 0 && len == DX_CHUNK_HEADER_LEN ? 0 : -EBADMSG;
     if (h->n_triangles > DX_TILE_MAX_TRIANGLES || h->n_vertices < 3 ||

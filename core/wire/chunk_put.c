@@ -53,13 +53,19 @@ size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile
     return (size_t)(put_header(out, &h) - out);
 }
 
+void dx_chunk_set_smoothed(uint8_t *chunk)
+{
+    if (dx_get_u16(chunk + 8))
+        chunk[DX_CHUNK_SECTIONS_AT] |= DX_CHUNK_SMOOTHED;
+}
+
 void dx_chunk_cut(struct dx_chunk_cut *cut, const uint8_t *header, uint32_t len, uint8_t keep)
 {
     const uint8_t drop = header[DX_CHUNK_SECTIONS_AT] & (uint8_t)~keep;
     const uint32_t n = dx_get_u16(header + 6);
 
     memcpy(cut->head, header, DX_CHUNK_HEADER_LEN);
-    cut->head[DX_CHUNK_SECTIONS_AT] &= keep;
+    cut->head[DX_CHUNK_SECTIONS_AT] &= keep | DX_CHUNK_SMOOTHED;
     cut->skip = DX_CHUNK_HEADER_LEN;
     if (drop & (DX_CHUNK_ATTR8 | DX_CHUNK_ATTR16))
         cut->skip += drop & DX_CHUNK_ATTR16 ? 2 * n : n;

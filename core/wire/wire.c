@@ -173,8 +173,9 @@ int dx_msg_subscribe_get(struct dx_msg_subscribe *m, const uint8_t *body, size_t
 
 void dx_msg_subscribed_put(struct dx_writer *w, const struct dx_msg_subscribed *m)
 {
-    const uint8_t bytes[12] = {m->encoding, m->mode,        m->attr_bytes, m->model, m->wrap,
-                               m->flip,     m->range_bytes, m->diag,       m->paper, m->normals};
+    const uint8_t bytes[12] = {m->encoding, m->mode,    m->attr_bytes,  m->model,
+                               m->wrap,     m->flip,    m->range_bytes, m->diag,
+                               m->paper,    m->normals, m->smooth};
 
     dx_write_bytes(w, bytes, sizeof(bytes));
     dx_write_u32(w, m->height);
@@ -227,18 +228,20 @@ static bool subscribed_ok(const struct dx_msg_subscribed *m)
     return m->encoding < DX_N_ENCODINGS && m->mode <= DX_MODE_LOSSLESS && m->attr_bytes <= 2 &&
            m->model >= DX_MODEL_SPINNING && m->model <= DX_MODEL_TABLE && m->wrap <= 1 &&
            m->flip <= 1 && (m->range_bytes == 2 || m->range_bytes == 4) && m->diag <= 2 &&
-           m->paper <= 1 && m->normals <= 1 && subscribed_sizes_ok(m) && subscribed_numbers_ok(m);
+           m->paper <= 1 && m->normals <= 1 && m->smooth <= 1 && subscribed_sizes_ok(m) &&
+           subscribed_numbers_ok(m);
 }
 
 int dx_msg_subscribed_get(struct dx_msg_subscribed *m, const uint8_t *body, size_t len)
 {
     struct dx_reader r = dx_reader_init(body, len);
-    uint8_t *bytes[10] = {&m->encoding, &m->mode,        &m->attr_bytes, &m->model, &m->wrap,
-                          &m->flip,     &m->range_bytes, &m->diag,       &m->paper, &m->normals};
+    uint8_t *bytes[11] = {&m->encoding, &m->mode,    &m->attr_bytes,  &m->model,
+                          &m->wrap,     &m->flip,    &m->range_bytes, &m->diag,
+                          &m->paper,    &m->normals, &m->smooth};
 
-    for (int i = 0; i < 10; i++)
+    for (int i = 0; i < 11; i++)
         *bytes[i] = dx_read_u8(&r);
-    dx_read_bytes(&r, 2);
+    dx_read_u8(&r);
     m->height = dx_read_u32(&r);
     m->width = dx_read_u32(&r);
     m->tile_rows = dx_read_u16(&r);

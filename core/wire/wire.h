@@ -124,6 +124,7 @@ struct dx_msg_subscribed {
     uint8_t attr_bytes; /* 0: TILEs carry no attribute */
     uint8_t model, wrap, flip, range_bytes;
     uint8_t normals; /* 1: TILEs carry normals */
+    uint8_t smooth;  /* 1: vertices are no samples: ranges are smoothed */
     uint32_t height, width;
     uint16_t tile_rows, tile_cols;
     float unit_m;

@@ -257,6 +257,40 @@ static void test_mutations(void **state)
     dx_geometry_unref(g);
 }
 
+/* The flag is in the header, changes no other byte, and outlives a cut; an empty chunk has none. */
+static void test_smoothed(void **state)
+{
+    struct dx_geometry *g = fixture_geometry(70, 90, true);
+    struct dx_rng rng = dx_rng_init(3, 0);
+    struct dx_chunk_header h;
+    struct dx_chunk_cut cut;
+    struct dx_tiling t;
+
+    (void)state;
+    dx_tiling_init(&t, 70, 90, true);
+    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+        size_t len;
+
+        fixture_tile(&tile, &t, 1, 1, 150, &rng);
+        len = encode((enum dx_encoding)e, &t, g);
+        assert_int_equal(dx_chunk_get_header(&h, chunk, len, &t), 0);
+        assert_false(h.smoothed);
+        dx_chunk_set_smoothed(chunk);
+        assert_int_equal(dx_chunk_get_header(&h, chunk, len, &t), 0);
+        assert_true(h.smoothed && h.attr_bytes == 1 && !h.has_normals);
+        assert_int_equal(dx_chunk_get(&got, chunk, len, &t, g), 0);
+        assert_same_mesh();
+        dx_chunk_cut(&cut, chunk, (uint32_t)len, 0);
+        assert_int_equal(cut.head[DX_CHUNK_SECTIONS_AT], DX_CHUNK_SMOOTHED);
+        assert_int_equal(cut.len, len - DX_CHUNK_HEADER_LEN - h.n_vertices);
+        len = dx_chunk_put_empty(chunk, (enum dx_encoding)e, 0, 1);
+        dx_chunk_set_smoothed(chunk);
+        assert_int_equal(dx_chunk_get_header(&h, chunk, len, &t), 0);
+        assert_false(h.smoothed);
+    }
+    dx_geometry_unref(g);
+}
+
 /* One field wrong at a time, each of which must be refused. */
 static void test_refusals(void **state)
 {
@@ -269,7 +303,7 @@ static void test_refusals(void **state)
         {DX_ENCODING_F32, 3, 1},     /* tile column */
         {DX_ENCODING_F32, 4, 3},     /* encoding */
         {DX_ENCODING_F32, 5, 3},     /* both attributes */
-        {DX_ENCODING_F32, 5, 8},     /* unknown section */
+        {DX_ENCODING_F32, 5, 16},    /* unknown section */
         {DX_ENCODING_F32, 5, 4},     /* normals that are not there */
         {DX_ENCODING_F32, 6, 6},     /* vertices */
         {DX_ENCODING_F32, 7, 0x12},  /* more vertices than block dexels */
@@ -312,7 +346,7 @@ int main(void)
         cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_full_tile_lengths),
         cmocka_unit_test(test_empty),         cmocka_unit_test(test_golden_bytes),
         cmocka_unit_test(test_wrong_lengths), cmocka_unit_test(test_mutations),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_smoothed),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -100,6 +100,38 @@ static void test_good_sessions(void **state)
         }
 }
 
+/* A stream that smooths its ranges says so once, and each chunk says it again. */
+static void test_smoothed(void **state)
+{
+    struct dx_geometry *g = fixture_small_geometry();
+
+    (void)state;
+    for (int e = 0; e <= DEXEL_DELTA; e++) {
+        struct dx_msg_subscribed m;
+        struct session s;
+        size_t at;
+
+        open_session(&s, (struct dexel_options){.encoding = (enum dexel_encoding)e}, &callbacks);
+        script_welcome(&s.script);
+        fixture_subscribed(&m, g, (enum dx_encoding)e, 0);
+        m.smooth = 1;
+        SCRIPT_PUT(&s.script, DX_MSG_SUBSCRIBED, subscribed, &m);
+        if (m.table_bytes)
+            script_geometry(&s.script, g, 1000);
+        script_message(&s.script, DX_MSG_SNAPSHOT_BEGIN, 0, 1, NULL, 0);
+        at = s.script.len;
+        small_tile(&s.script, g, (enum dx_encoding)e, 1, 0);
+        dx_chunk_set_smoothed(s.script.bytes + at + DX_WIRE_HEADER_LEN);
+        script_commit(&s.script, 1, 1);
+        assert_int_equal(play(&s, SIZE_MAX), 0);
+        assert_int_equal(s.seen.stream.smoothed, 1);
+        assert_int_equal(s.seen.n_tile, 1);
+        assert_int_equal(s.seen.n_commit, 1);
+        close_session(&s);
+    }
+    dx_geometry_unref(g);
+}
+
 static void test_dribbled_bytes(void **state)
 {
     struct dx_geometry *g = fixture_small_geometry();
@@ -332,6 +364,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_good_sessions),
         cmocka_unit_test(test_dribbled_bytes),
+        cmocka_unit_test(test_smoothed),
         cmocka_unit_test(test_what_the_client_says),
         cmocka_unit_test(test_next_to_a_deaf_server),
         cmocka_unit_test(test_reset_with_another_geometry),

@@ -183,6 +183,17 @@ static void say_state_in_batch(struct script *s, const struct dx_geometry *g)
     script_state(s, DX_STREAM_LIVE, "");
 }
 
+/* Smoothed, of a stream that is not. */
+static void say_smoothed_tile(struct script *s, const struct dx_geometry *g)
+{
+    size_t at;
+
+    start(s, g);
+    at = s->len;
+    small_tile(s, g, DX_ENCODING_Q16, 1, 0);
+    dx_chunk_set_smoothed(s->bytes + at + DX_WIRE_HEADER_LEN);
+}
+
 static void test_broken_servers(void **state)
 {
     (void)state;
@@ -202,6 +213,7 @@ static void test_broken_servers(void **state)
     refuse_case("attributes", say_attr_tile, "attribute");
     refuse_case("normals", say_normals_tile, "normals");
     refuse_case("broken tile", say_broken_tile, "TILE");
+    refuse_case("smoothed tile", say_smoothed_tile, "smoothed");
     refuse_case("mixed epochs", say_mixed_epochs, "epoch");
     refuse_case("wrong count", say_wrong_count, "COMMIT");
     refuse_case("another stream", say_another_stream, "of stream 2");

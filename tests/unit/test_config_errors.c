@@ -191,7 +191,7 @@ static void test_keys(void **state)
          "t.yaml:4:7: streams[0].mesh.tlit: unknown key; did you mean 'tilt'?"},
         {STREAM "    mesh: {seam: on}",
          "t.yaml:3:12: streams[0].mesh.seam: unknown key, expected one of sigma, tilt, cap, diag, "
-         "rescue, mixed, bridge, caps, normals, paper, noise_gate"},
+         "rescue, mixed, bridge, caps, normals, smooth, paper, noise_gate"},
         {STREAM "    usb: {}", "t.yaml:3:5: streams[0].usb: unknown key, expected one of name, "
                                "commit_ms, ingest, mesh, synthetic, file"},
         {"threads: 1\nmax_clients: 5\nthreads: 1\n",

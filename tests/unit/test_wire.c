@@ -90,7 +90,8 @@ static const struct kind {
                      .cap_m = 9,
                      .diag = 2,
                      .paper = 1,
-                     .normals = 1}}},
+                     .normals = 1,
+                     .smooth = 1}}},
     {"GEOMETRY", put_geometry, get_geometry, 8 + 12, {.geometry = {8, 20, 12, piece}}},
     {"COMMIT",
      put_commit,
@@ -139,7 +140,7 @@ static void test_fields(void **state)
     assert_string_equal(m.subscribed.stream, "roof");
     assert_int_equal(m.subscribed.width, 2048);
     assert_int_equal(m.subscribed.flip, 1);
-    assert_true(m.subscribed.diag == 2 && m.subscribed.normals == 1);
+    assert_true(m.subscribed.diag == 2 && m.subscribed.normals == 1 && m.subscribed.smooth == 1);
     assert_true(m.subscribed.unit_m == 0.002f && m.subscribed.pose[11] == 12);
     assert_true(m.subscribed.sigma[2] == 0.3 && m.subscribed.cap_m == 9);
     k = &kinds[6];

@@ -1,0 +1,238 @@
+/*
+ * The robust mean by iterated weights (Tukey's, which are polynomials). It starts at the own sample
+ * and so finds the nearest of several answers: at a crease that of the pairs along it, not that of
+ * the majority across it; but for stray samples that nothing speaks for. Loops without a branch
+ * over rows of floats, which compilers make vectors of.
+ */
+#include "core/grid/smooth_rows.h"
+
+#include <string.h>
+
+#define STEPS    3
+#define FAR_BITS 0x44800000 /* FAR, 1024 cutoffs: farther departures are not told apart */
+#define TINY     1e-30f     /* keeps 0 / 0 from being no number */
+#define CUTOFF   3.5f /* sigmas from where on a pair has no weight; it tells with a noise of 0.7 */
+
+/* 2 exp(-d^2 / (2 * 1.2^2)) for a pair of distance d; the corners of 5 x 5 would count 0.12. */
+const struct dx_smooth_pair dx_smooth_pairs[DX_SMOOTH_PAIRS] = {
+    {0, 1, 1.413f}, {1, 0, 1.413f}, {1, 1, 0.999f},  {1, -1, 0.999f}, {0, 2, 0.499f},
+    {2, 0, 0.499f}, {1, 2, 0.352f}, {1, -2, 0.352f}, {2, 1, 0.352f},  {2, -1, 0.352f},
+};
+
+/* Selecting is done on the bits: compilers make no vectors of comparisons of floats, which could
+ * trap. */
+static inline int32_t bits_of(float x)
+{
+    int32_t bits;
+
+    memcpy(&bits, &x, sizeof(bits));
+    return bits;
+}
+
+static inline float float_of(int32_t bits)
+{
+    float x;
+
+    memcpy(&x, &bits, sizeof(x));
+    return x;
+}
+
+/* x, or 0 where it is negative. */
+static inline float above_zero(float x)
+{
+    const int32_t bits = bits_of(x);
+
+    return float_of(bits & ~(bits >> 31));
+}
+
+/* x, or FAR with its sign; that too for what is no number. */
+static inline float within_far(float x)
+{
+    const int32_t bits = bits_of(x), size = bits & INT32_MAX;
+
+    return float_of((bits & INT32_MIN) | (size < FAR_BITS ? size : FAR_BITS));
+}
+
+void dx_smooth_row_scale(struct dx_smooth_row *r, const uint32_t *range,
+                         const struct dx_sigma *sigma, double noise)
+{
+    const float per_unit = (float)(noise / 256);
+
+    for (uint32_t j = 0; j < r->n; j++) {
+        const float s = per_unit * (float)dx_sigma_at(sigma, range[j]);
+
+        r->sigma[j] = s > 0.5f ? s : 0.5f; /* ranges are rounded */
+    }
+    for (uint32_t j = 0; j < r->n; j++) {
+        const float x = (float)range[j];
+
+        r->scale[j] = x * x / (CUTOFF * r->sigma[j]);
+    }
+}
+
+void dx_smooth_row_even(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_ends *inverse,
+                        struct dx_smooth_line line)
+{
+    const float *before = inverse->before, *own = inverse->own, *after = inverse->after;
+    float *out = r->pair[k].departure;
+
+    for (uint32_t j = 0; j < r->n; j++)
+        out[j] = within_far((line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j]);
+}
+
+/* What lies between the neighbours that are joined: both, one and the own, or nothing. */
+static void difference(float *restrict out, struct dx_smooth_ends x, const uint8_t *joined_before,
+                       const uint8_t *joined_after, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++)
+        out[j] = (float)joined_before[j] * (x.own[j] - x.before[j]) +
+                 (float)joined_after[j] * (x.after[j] - x.own[j]);
+}
+
+/*
+ * From differences along row and column (a with inverse ranges p, b with q): the vector in their
+ * plane that has p along a and q along b. Where they are nearly parallel, or one is missing, it is
+ * damped to nothing.
+ */
+static void solve_slope(float (*restrict out)[DX_SMOOTH_ROW], const float (*a)[DX_SMOOTH_ROW],
+                        const float (*b)[DX_SMOOTH_ROW], const float *p, const float *q, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++) {
+        const float aa = a[0][j] * a[0][j] + a[1][j] * a[1][j] + a[2][j] * a[2][j];
+        const float ab = a[0][j] * b[0][j] + a[1][j] * b[1][j] + a[2][j] * b[2][j];
+        const float bb = b[0][j] * b[0][j] + b[1][j] * b[1][j] + b[2][j] * b[2][j];
+        const float det = aa * bb * 1.001f - ab * ab + TINY;
+        const float of_a = (bb * p[j] - ab * q[j]) / det, of_b = (aa * q[j] - ab * p[j]) / det;
+
+        for (int k = 0; k < 3; k++)
+            out[k][j] = of_a * a[k][j] + of_b * b[k][j];
+    }
+}
+
+void dx_smooth_row_slope(struct dx_smooth_row *r, const struct dx_smooth_cross *cross)
+{
+    float step[2][3][DX_SMOOTH_ROW], rise[2][DX_SMOOTH_ROW];
+
+    for (int e = 0; e < 2; e++) {
+        const uint8_t *before = cross->joined_before[e], *after = cross->joined_after[e];
+
+        for (int k = 0; k < 3; k++)
+            difference(step[e][k], cross->direction[e][k], before, after, r->n);
+        difference(rise[e], cross->inverse[e], before, after, r->n);
+    }
+    solve_slope(r->slope, step[0], step[1], rise[0], rise[1], r->n);
+}
+
+/*
+ * The line by the dexels' own directions a, b, c: by where the own one stands between the two
+ * others (x of the way); by how much an arc is off its chord (sin a + sin b of sin (a + b) is 1 + a
+ * b / 2); and by how far the three are off one line, along the slope.
+ */
+static void tell_uneven(float *restrict out, const struct dx_smooth_row *r, struct dx_smooth_ends q,
+                        struct dx_smooth_ends a, struct dx_smooth_ends b, struct dx_smooth_ends c,
+                        float arc)
+{
+    for (uint32_t j = 0; j < r->n; j++) {
+        const float tx = a.after[j] - a.before[j], ty = b.after[j] - b.before[j];
+        const float tz = c.after[j] - c.before[j];
+        const float ox = a.own[j] - a.before[j], oy = b.own[j] - b.before[j];
+        const float oz = c.own[j] - c.before[j];
+        const float length2 = tx * tx + ty * ty + tz * tz;
+        const float way = (ox * tx + oy * ty + oz * tz) / (length2 + TINY);
+        const float y = above_zero(1 - above_zero(way)), x = 1 - y; /* beyond: crooked tables */
+        const float line = (1 + arc * x * y * length2) * (y * q.before[j] + x * q.after[j]);
+        const float off = (ox - x * tx) * r->slope[0][j] + (oy - x * ty) * r->slope[1][j] +
+                          (oz - x * tz) * r->slope[2][j];
+
+        out[j] = within_far((line + off - q.own[j]) * r->scale[j]);
+    }
+}
+
+void dx_smooth_row_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_ends *inverse,
+                          const struct dx_smooth_ends d[3], bool depths)
+{
+    tell_uneven(r->pair[k].departure, r, *inverse, d[0], d[1], d[2], depths ? 0 : 0.5f);
+}
+
+void dx_smooth_row_weigh(struct dx_smooth_row *r, unsigned k, const uint8_t *joined)
+{
+    const float weight = dx_smooth_pairs[k].weight;
+    float *out = r->pair[k].weight;
+
+    for (uint32_t j = 0; j < r->n; j++)
+        out[j] = weight * (float)joined[j];
+}
+
+static void add_pair(float *restrict total, float *restrict sum, const float *shift,
+                     const float *departure, const float *weight, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++) {
+        const float off = departure[j] - shift[j], near = above_zero(1 - off * off);
+        const float w = near * near * weight[j];
+
+        total[j] += w;
+        sum[j] += w * departure[j];
+    }
+}
+
+/* One step: the mean by the weights that the pairs have as seen from the last one. */
+static void step(struct dx_smooth_row *r)
+{
+    for (uint32_t j = 0; j < r->n; j++) {
+        r->total[j] = 1; /* the own sample, whose departure is 0 */
+        r->sum[j] = 0;
+    }
+    for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++)
+        add_pair(r->total, r->sum, r->shift, r->pair[k].departure, r->pair[k].weight, r->n);
+    for (uint32_t j = 0; j < r->n; j++)
+        r->shift[j] = r->sum[j] / r->total[j];
+}
+
+static void add_plainly(float *restrict total, float *restrict sum, float *restrict squares,
+                        const float *departure, const float *weight, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++) {
+        const float told = weight[j] * departure[j];
+
+        total[j] += weight[j];
+        sum[j] += told;
+        squares[j] += told * departure[j];
+    }
+}
+
+/*
+ * Where the pairs that speak for the own sample count for less than it does itself, and all of them
+ * agree on something else, the sample is a lone stray one: the next step begins at their mean, as
+ * far as both is so. (At the corner of a box none speaks for it either, but they do not agree.)
+ */
+static void doubt(struct dx_smooth_row *r)
+{
+    float all[DX_SMOOTH_ROW] = {0}, sum[DX_SMOOTH_ROW] = {0}, squares[DX_SMOOTH_ROW] = {0};
+
+    for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++)
+        add_plainly(all, sum, squares, r->pair[k].departure, r->pair[k].weight, r->n);
+    for (uint32_t j = 0; j < r->n; j++) {
+        const float mean = sum[j] / (all[j] + TINY);
+        const float spread2 = squares[j] / (all[j] + TINY) - mean * mean;
+
+        r->shift[j] += above_zero(2 - r->total[j]) * above_zero(1 - 4 * spread2) * mean;
+    }
+}
+
+void dx_smooth_row_solve(struct dx_smooth_row *r)
+{
+    const float most = DX_SMOOTH_MAX_MOVE / CUTOFF;
+
+    for (uint32_t j = 0; j < r->n; j++)
+        r->shift[j] = 0;
+    step(r);
+    doubt(r);
+    for (int k = 1; k < STEPS; k++)
+        step(r);
+    for (uint32_t j = 0; j < r->n; j++) { /* at most so far ahead, at most so far back */
+        const float s = most - above_zero(most - r->shift[j]);
+        const float move = (above_zero(s + most) - most) * CUTOFF * r->sigma[j];
+
+        r->move[j] = (int32_t)(move + float_of(bits_of(0.5f) | (bits_of(move) & INT32_MIN)));
+    }
+}
