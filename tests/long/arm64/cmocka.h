@@ -33,7 +33,10 @@ struct CMUnitTest {
     void (*test)(void **state);
 };
 
-#define cmocka_unit_test(f) {#f, f}
+#define cmocka_unit_test(f)                                                                        \
+    {                                                                                              \
+#f, f                                                                                      \
+    }
 #define cmocka_run_group_tests(tests, setup, teardown)                                             \
     run_tests(tests, (int)(sizeof(tests) / sizeof((tests)[0])))
 
