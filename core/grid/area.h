@@ -60,9 +60,11 @@ static inline void dx_area_widen(struct dx_area *a)
 /* floor(2^40 / range); 0 for what is missing or too near for the fixed point. The quotient of
  * doubles is off by less than 2^-52 of it, and no closer to the next integer than 1 / range: it
  * truncates to the same, at a third of the time of an integer division. */
+#define DX_INVERSE_LEAST 16
+
 static inline uint64_t dx_area_invert(uint32_t range)
 {
-    return range < 16 ? 0 : (uint64_t)(int64_t)(0x1p40 / (double)range);
+    return range < DX_INVERSE_LEAST ? 0 : (uint64_t)(int64_t)(0x1p40 / (double)range);
 }
 
 static inline uint64_t dx_area_inverse(const struct dx_area *a, uint32_t p, uint32_t q)

@@ -66,7 +66,14 @@ static bool prefer_corners(const struct dx_area *a, const struct dx_gates *gates
            difference(top[1], bottom[0]) + (sigma * BIAS_RANGES >> 16);
 }
 
-static uint8_t has_outer(const struct dx_area *a, uint32_t p, uint32_t q)
+/* A diagonal edge of the cells i rows and j columns from those of row p, from the tile's first cell
+ * on. */
+static const uint8_t *outer_edge(const struct dx_area *a, enum dx_edge e, uint32_t p, int i, int j)
+{
+    return a->joined[e][p + (uint32_t)i] + DX_MARGIN + j;
+}
+
+static bool has_outer(const struct dx_area *a, uint32_t p, uint32_t q)
 {
     return a->joined[DX_EDGE_AC][p - 1][q - 1] & a->joined[DX_EDGE_AC][p + 1][q + 1] &
            a->joined[DX_EDGE_BD][p - 1][q + 1] & a->joined[DX_EDGE_BD][p + 1][q - 1];
@@ -149,17 +156,18 @@ static void bend_row(struct dx_preference *preference, const struct dx_diagonal 
                      const struct dx_area *a, const struct dx_gates *gates,
                      const struct dx_geometry *g, uint32_t p)
 {
-    uint8_t outer[DX_ROWS_CELLS] = {0};
+    static const uint8_t none[DX_ROWS_CELLS];
+    const bool lines = has_lines(a, g, p) && has_lines(a, g, p + 1);
     const struct dx_row_bend row = {.top = &d->line[p & 1],
                                     .bottom = &d->line[~p & 1],
                                     .inverse = a->inverse[p] + DX_MARGIN,
                                     .range = a->range16[p] + DX_MARGIN,
                                     .range_below = a->range16[p + 1] + DX_MARGIN,
-                                    .outer = outer};
+                                    .outer = {lines ? outer_edge(a, DX_EDGE_AC, p, -1, -1) : none,
+                                              lines ? outer_edge(a, DX_EDGE_AC, p, 1, 1) : none,
+                                              lines ? outer_edge(a, DX_EDGE_BD, p, -1, 1) : none,
+                                              lines ? outer_edge(a, DX_EDGE_BD, p, 1, -1) : none}};
 
-    if (has_lines(a, g, p) && has_lines(a, g, p + 1))
-        for (uint32_t j = 0; j < DX_ROWS_CELLS; j++)
-            outer[j] = has_outer(a, p, DX_MARGIN + j);
     gates->rows->bend(preference->bd, preference->unsure, &row, &gates->row_sigma);
 }
 

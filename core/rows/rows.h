@@ -54,7 +54,7 @@ struct dx_row_bend {
     const struct dx_row_residuals *top, *bottom;
     const float *inverse;
     const uint16_t *range, *range_below;
-    const uint8_t *outer; /* the four samples beyond the corners are there and joined */
+    const uint8_t *outer[4]; /* edges to the four samples beyond the corners */
 };
 
 /* Missing dexels that may be spanned: those among four neighbours that are all there, and others.

@@ -284,18 +284,21 @@ static void bend_row(uint8_t *restrict prefer_bd, uint8_t *restrict unsure,
 {
     float more[CELLS], margin[CELLS], more_0[CELLS], margin_0[CELLS];
     float more_here[CELLS], margin_here[CELLS];
-    uint8_t all = 1;
+    const uint8_t *const *edge = row->outer;
+    uint8_t outer[CELLS], all = 1;
 
-    for (uint32_t j = 0; j < CELLS; j++)
-        all &= row->outer[j];
+    for (uint32_t j = 0; j < CELLS; j++) {
+        outer[j] = edge[0][j] & edge[1][j] & edge[2][j] & edge[3][j];
+        all &= outer[j];
+    }
     compare_bends(more, margin, row, sigma);
     if (all) {
         tell(prefer_bd, unsure, more, margin);
         return;
     }
     compare_corners(more_0, margin_0, row, sigma);
-    choose_lanes(more_here, more, more_0, row->outer);
-    choose_lanes(margin_here, margin, margin_0, row->outer);
+    choose_lanes(more_here, more, more_0, outer);
+    choose_lanes(margin_here, margin, margin_0, outer);
     tell(prefer_bd, unsure, more_here, margin_here);
 }
 
