@@ -10,15 +10,14 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* What inverse range is linear in. */
-static void direction(const struct dx_geometry *g, uint32_t i, uint32_t j, double d[3])
+void dx_lines_direction(const struct dx_geometry *g, uint32_t row, uint32_t col, double d[3])
 {
     if (g->model == DX_MODEL_PINHOLE) {
-        d[0] = (double)g->table[j];
-        d[1] = (double)g->table[(size_t)g->width + i];
+        d[0] = (double)g->table[col];
+        d[1] = (double)g->table[(size_t)g->width + row];
         d[2] = 1;
     } else {
-        dx_geometry_direction(g, i, j, d);
+        dx_geometry_direction(g, row, col, d);
     }
 }
 
@@ -52,9 +51,9 @@ static struct dx_line line_at(const struct dx_geometry *g, enum dx_edge e, uint3
         return (struct dx_line){0, 0};
     before = (uint32_t)((int64_t)j + dj + g->width) % g->width;
     after = (uint32_t)((int64_t)j - dj + g->width) % g->width;
-    direction(g, (uint32_t)((int64_t)i + di), before, d[0]);
-    direction(g, i, j, d[1]);
-    direction(g, (uint32_t)((int64_t)i - di), after, d[2]);
+    dx_lines_direction(g, (uint32_t)((int64_t)i + di), before, d[0]);
+    dx_lines_direction(g, i, j, d[1]);
+    dx_lines_direction(g, (uint32_t)((int64_t)i - di), after, d[2]);
     return line_of(d[0], d[1], d[2]);
 }
 
