@@ -23,6 +23,8 @@ static const char help[] =
     "  --split             each fan of triangles that meet in a point gets a vertex of its own\n"
     "  --encoding f32|q16|delta\n"
     "                      pass the tiles through an encoding of the protocol\n"
+    "  --lod SIGMA         leave out samples within so many sigmas of what is left\n"
+    "  --stride N          leave out samples in steps of N: 2, 4 .. 64; with --lod at most so far\n"
     "  --exact             vertices are the scan's own points, bit for bit (not by q16, delta)\n"
     "  --stats             one JSON object on standard output\n\n" DX_THIN_HELP(
         "--size WxH           ") "\n" DX_TERRAIN_HELP;
@@ -35,6 +37,8 @@ enum {
     OPT_ASCII,
     OPT_SPLIT,
     OPT_ENCODING,
+    OPT_LOD,
+    OPT_STRIDE,
     OPT_EXACT,
     OPT_STATS,
     OPT_SIZE,
@@ -50,6 +54,8 @@ static const struct option options[] = {
     {"ascii", no_argument, NULL, OPT_ASCII},
     {"split", no_argument, NULL, OPT_SPLIT},
     {"encoding", required_argument, NULL, OPT_ENCODING},
+    {"lod", required_argument, NULL, OPT_LOD},
+    {"stride", required_argument, NULL, OPT_STRIDE},
     {"exact", no_argument, NULL, OPT_EXACT},
     {"stats", no_argument, NULL, OPT_STATS},
     {"size", required_argument, NULL, OPT_SIZE},
@@ -63,6 +69,8 @@ struct args {
     struct dx_offline_config config;
     struct dx_out_options write;
     const char *out;
+    double lod_sigmas;
+    unsigned stride;
     bool split, stats;
 };
 
@@ -88,6 +96,10 @@ static int set_value(struct args *a, int opt, const char *text)
         a->config.encoding =
             dx_arg_choice(&(struct dx_arg){"dexel mesh", "--encoding", text}, encodings);
         return a->config.encoding < 0 ? -EINVAL : 0;
+    case OPT_LOD:
+        return dx_arg_sigmas(&a->lod_sigmas, &(struct dx_arg){"dexel mesh", "--lod", text});
+    case OPT_STRIDE:
+        return dx_arg_stride(&a->stride, &(struct dx_arg){"dexel mesh", "--stride", text});
     case OPT_SIZE:
         return dx_thin_args_size(&a->config.thin, &(struct dx_arg){"dexel mesh", "--size", text});
     case OPT_KEEP:
@@ -154,6 +166,7 @@ static int parse(struct args *a, int argc, char **argv)
         if (set_option(a, opt, optarg) < 0)
             return -EINVAL;
     }
+    dx_lod_level_set(&a->config.lod, a->lod_sigmas, a->stride);
     a->config.path = dx_arg_operand(argc, argv, "a scan");
     return a->config.path ? check(a) : -EINVAL;
 }

@@ -20,7 +20,8 @@ struct dx_offline_config {
     bool exact;         /* vertices are the file's own points */
     uint64_t frame;     /* which frame of a sequence, from 0, or DX_OFFLINE_LAST */
     unsigned n_threads; /* 0: one a processor */
-    int encoding;       /* enum dx_encoding that tiles pass through, or DX_OFFLINE_PLAIN */
+    struct dx_lod_level lod;
+    int encoding; /* enum dx_encoding that tiles pass through, or DX_OFFLINE_PLAIN */
 };
 
 struct dx_offline {

@@ -13,16 +13,6 @@
 
 #define SERIAL_H 8 /* passes of so few dexels are not worth waking the pool */
 
-const char *dx_lod_check(struct dx_lod_level level)
-{
-    if (level.bound > DX_LOD_MAX_BOUND)
-        return "a bound is at most 65534 sixteenths of a sigma";
-    if (level.stride &&
-        (level.stride < 2 || level.stride > DX_LOD_MAX_STRIDE || level.stride & (level.stride - 1)))
-        return "a stride is 2, 4, 8, 16, 32 or 64";
-    return NULL;
-}
-
 static size_t tile_words(const struct dx_lod *lod)
 {
     return dx_tiling_n_tiles(&lod->terrain->tiling) / 64 + 1;

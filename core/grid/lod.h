@@ -16,26 +16,10 @@
 #ifndef DX_LOD_H
 #define DX_LOD_H
 
+#include "core/grid/lod_level.h"
 #include "core/grid/terrain.h"
 
-#define DX_LOD_SLOTS      4  /* different levels of one stream at a time */
-#define DX_LOD_PER_SIGMA  16 /* bounds and errors are in 1/16 sigma */
-#define DX_LOD_MAX_BOUND  65534u
-#define DX_LOD_MAX_STRIDE DX_TILE_CELLS
-
-/* A level: what a subscriber asks for. All zero: the whole mesh. */
-struct dx_lod_level {
-    uint16_t bound; /* 1/16 sigma; 0: errors do not count, where there is a stride */
-    uint8_t stride; /* longest leg of a triangle, cells: 2, 4 .. 64; 0: 64 */
-};
-
-/* NULL, or what is wrong with it. */
-const char *dx_lod_check(struct dx_lod_level level);
-
-static inline bool dx_lod_is_whole(struct dx_lod_level level)
-{
-    return level.bound == 0 && level.stride == 0;
-}
+#define DX_LOD_SLOTS 4 /* different levels of one stream at a time */
 
 struct dx_lod;
 
