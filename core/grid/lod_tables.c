@@ -145,6 +145,12 @@ static int32_t fixed(double w)
     return (int32_t)rint(w * (1 << DX_LOD_WEIGHT_BITS));
 }
 
+/* A camera's triangles face it as its cells do, however large. */
+static bool faces(const struct dx_geometry *g, const uint32_t at[3][2])
+{
+    return g->model == DX_MODEL_PINHOLE || dx_faces_triangle(g, at);
+}
+
 /* Whether every triangle of the diamond that is in the grid faces the scanner; then the plane of
  * the one that the middle's beam meets, or of the only one. */
 static bool weigh(struct dx_lod_weights *out, const struct dx_lod *lod, enum dx_lod_kind kind,
@@ -159,8 +165,7 @@ static bool weigh(struct dx_lod_weights *out, const struct dx_lod *lod, enum dx_
 
         if (!triangle_of(at, lod, kind, h, row, col, side))
             continue;
-        if (!dx_faces_triangle(g, (const uint32_t(*)[2])at) ||
-            !solve(w, g, (const uint32_t(*)[2])at, row, col))
+        if (!faces(g, (const uint32_t(*)[2])at) || !solve(w, g, (const uint32_t(*)[2])at, row, col))
             return false;
         if (some && w[0] < 0)
             continue;

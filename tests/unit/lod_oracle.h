@@ -8,6 +8,7 @@
 #define DX_LOD_ORACLE_H
 
 #include "core/grid/faces.h"
+#include "core/grid/sigma.h"
 #include "terrain_fixture.h"
 
 #include <math.h>
@@ -17,9 +18,10 @@ struct lod_oracle {
     const struct dx_tiling *tiling;
     const struct dx_geometry *g;
     double bound, slack; /* sigmas */
-    uint32_t stride;     /* 0: none */
-    uint8_t *code;       /* of all cells */
-    bool *active;        /* by dexel */
+    struct dx_sigma sigma;
+    uint32_t stride; /* 0: none */
+    uint8_t *code;   /* of all cells */
+    bool *active;    /* by dexel */
     bool changed;
     struct whole_mesh mesh;
     uint8_t *halves; /* by cell: how many of its halves are there */
@@ -126,10 +128,8 @@ static inline double lod_det(double a[3], double b[3], double c[3])
 static inline double lod_error(const struct lod_oracle *o, const struct lod_place c[3],
                                struct lod_place m, bool *beyond)
 {
-    const double *s = dx_terrain_params(o->t)->sigma;
-    const double unit = (double)o->g->unit_m;
     const struct dx_plane *plane = dx_terrain_published(o->t);
-    double d[3][3], dm[3], whole, q = 0, r, sigma;
+    double d[3][3], dm[3], whole, q = 0, r;
     double share[3];
 
     for (int k = 0; k < 3; k++)
@@ -146,8 +146,7 @@ static inline double lod_error(const struct lod_oracle *o, const struct lod_plac
     for (int k = 0; k < 3; k++)
         q += share[k] / dx_plane_range(plane, lod_id(o, c[k]));
     r = dx_plane_range(plane, lod_id(o, m));
-    sigma = (s[0] + s[1] * r * unit + s[2] * r * unit * r * unit) / unit;
-    return fabs(1 / r - q) * r * r / (sigma > 0.5 ? sigma : 0.5);
+    return fabs(1 / r - q) * r * r / (dx_sigma_at(&o->sigma, (uint32_t)r) / 256.0);
 }
 
 static inline bool lod_must_cut(const struct lod_oracle *o, const struct lod_place c[3],
@@ -166,7 +165,7 @@ static inline bool lod_must_cut(const struct lod_oracle *o, const struct lod_pla
         at[k][0] = (uint32_t)c[k].row;
         at[k][1] = (uint32_t)c[k].col % o->tiling->width;
     }
-    if (!dx_faces_triangle(o->g, (const uint32_t(*)[2])at))
+    if (o->g->model != DX_MODEL_PINHOLE && !dx_faces_triangle(o->g, (const uint32_t(*)[2])at))
         return true;
     if (o->stride &&
         (high[0] - low[0] > (int32_t)o->stride || high[1] - low[1] > (int32_t)o->stride))
@@ -361,6 +360,7 @@ static inline struct whole_mesh lod_oracle_mesh(const struct dx_terrain *t, doub
                            .slack = slack,
                            .stride = stride};
 
+    dx_sigma_init(&o.sigma, dx_terrain_params(t)->sigma, (double)o.g->unit_m);
     o.code = malloc(n_cells);
     o.halves = calloc(n_cells, 1);
     o.active = calloc((size_t)tiling->height * tiling->width, sizeof(*o.active));
