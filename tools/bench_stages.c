@@ -5,6 +5,7 @@
  */
 #include "tools/bench.h"
 
+#include "core/grid/lod.h"
 #include "core/wire/chunk.h"
 #include "drivers/synth/scene.h"
 #include "tools/alloc_count.h"
@@ -22,7 +23,8 @@ static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
     "       dexel bench paper [OPTIONS]\n"
     "       dexel bench quality [OPTIONS] [THEME...]\n"
-    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta, copy.\n"
+    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta,\n"
+    "errors and lod (a level of 4 sigma, as f32), copy.\n"
     "`dexel bench paper` repeats the table of Gopi and Krishnan (2002), `dexel bench quality`\n"
     "measures meshes against the truth.\n\n"
     "  --scene NAME    which scene (hall)\n"
@@ -56,9 +58,10 @@ static const struct option options[] = {
     {0},
 };
 
-enum stage { PUBLISH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
+enum stage { PUBLISH, CODES, F32, Q16, DELTA, ERRORS, LOD, COPY, N_STAGES };
 
-static const char *const stage_names[] = {"publish", "codes", "f32", "q16", "delta", "copy", NULL};
+static const char *const stage_names[] = {"publish", "codes", "f32",  "q16", "delta",
+                                          "errors",  "lod",   "copy", NULL};
 
 struct args {
     struct dx_scene_config scene;
@@ -74,13 +77,17 @@ struct bench {
     struct dx_terrain *terrain;
     struct dx_pool *pool;
     struct dx_tile *tile;
-    struct dx_tile_mesh *mesh;
+    struct dx_tile_mesh *mesh, *cut;
+    struct dx_lod *lod; /* as copy */
+    struct dx_lod_scratch *scratch;
     uint8_t *body, *copy; /* no copy: that stage is not wanted, and its memory would be counted */
     size_t n_bytes[N_STAGES];
     size_t n_triangles;
     double seconds[N_STAGES][DX_BENCH_MAX_ROUNDS];
     uint64_t n_allocations;
 };
+
+static const struct dx_lod_level levels[DX_LOD_SLOTS] = {{.bound = 4 * DX_LOD_PER_SIGMA}};
 
 /* ---- one round ------------------------------------------------------------------------------ */
 
@@ -102,6 +109,11 @@ static void encode(struct bench *b, enum stage stage)
             continue;
         }
         dx_tile_mesh_build(b->mesh, b->tile, tiling, b->geometry);
+        if (stage == LOD) {
+            dx_lod_mesh(b->cut, b->lod, levels[0], b->tile, b->mesh, b->scratch);
+            n += dx_chunk_put_f32(b->body, b->cut);
+            continue;
+        }
         n += dx_chunk_put_f32(b->body, b->mesh);
         n_triangles += b->mesh->n_triangles;
     }
@@ -119,6 +131,16 @@ static void run_stage(struct bench *b, enum stage stage, const struct dx_plane *
         break;
     case CODES:
         dx_terrain_commit(b->terrain, b->pool);
+        break;
+    case ERRORS:
+        if (b->lod) {
+            dx_lod_note(b->lod, dx_terrain_changed(b->terrain));
+            dx_lod_update(b->lod, levels, b->pool);
+        }
+        break;
+    case LOD:
+        if (b->lod)
+            encode(b, stage);
         break;
     case COPY: /* the size of the f32 output, read and written once */
         memcpy(b->copy, b->copy + b->n_bytes[F32], b->n_bytes[F32]);
@@ -147,6 +169,9 @@ static void bench_fini(struct bench *b)
     free(b->body);
     free(b->mesh);
     free(b->tile);
+    free(b->cut);
+    dx_lod_scratch_free(b->scratch);
+    dx_lod_free(b->lod);
     dx_pool_free(b->pool);
     dx_terrain_free(b->terrain);
     dx_plane_fini(&b->frame[0]);
@@ -175,6 +200,12 @@ static int bench_init(struct bench *b, const struct args *a)
     b->tile = calloc(1, sizeof(*b->tile));
     b->mesh = calloc(1, sizeof(*b->mesh));
     b->body = malloc(dx_chunk_max_len(DX_ENCODING_F32));
+    if (a->wanted[ERRORS] || a->wanted[LOD]) {
+        b->cut = calloc(1, sizeof(*b->cut));
+        b->scratch = dx_lod_scratch_new();
+        if (!b->cut || !b->scratch || dx_lod_new(&b->lod, b->terrain, b->pool) < 0)
+            return -ENOMEM;
+    }
     if (a->wanted[COPY])
         b->copy = calloc(dx_plane_n_dexels(&b->frame[0]), 64);
     return b->tile && b->mesh && b->body && (b->copy || !a->wanted[COPY]) ? 0 : -ENOMEM;

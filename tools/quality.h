@@ -6,6 +6,7 @@
 #ifndef DX_QUALITY_H
 #define DX_QUALITY_H
 
+#include "core/grid/lod_level.h"
 #include "tools/quality_report.h"
 #include "tools/quality_rig.h"
 
@@ -83,6 +84,15 @@ int dx_quality_static(struct dx_quality_static *out, struct dx_quality_rig *rig,
                       const struct dx_terrain_params *params, const struct dx_quality_draw *draw,
                       uint32_t settling, uint32_t n_frames);
 
+/* A level of detail: what it leaves out is measured from the triangles that cover it, in sigmas of
+ * the drawing. Errors: -ENOMEM. */
+struct dx_quality_lod {
+    uint64_t triangles, whole, cracks;
+    double max_sigma, rms_sigma;
+};
+int dx_quality_lod(struct dx_quality_lod *out, const struct dx_quality_rig *rig,
+                   struct dx_lod_level level);
+
 /* ---- themes -----------------------------------------------------------------------------------
  */
 
@@ -98,7 +108,7 @@ typedef int dx_quality_theme(struct dx_quality_run *run);
 dx_quality_theme dx_quality_theme_coverage, dx_quality_theme_veil, dx_quality_theme_mixed,
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
     dx_quality_theme_noise, dx_quality_theme_topology, dx_quality_theme_bytes,
-    dx_quality_theme_static;
+    dx_quality_theme_static, dx_quality_theme_lod;
 
 /* A scene as the themes' tables name it; half the size when the run is quick. */
 struct dx_quality_scan {
