@@ -167,8 +167,16 @@ static int parse(struct args *a, int argc, char **argv)
             return -EINVAL;
     }
     dx_lod_level_set(&a->config.lod, a->lod_sigmas, a->stride);
+    a->config.lod_stats = a->stats;
     a->config.path = dx_arg_operand(argc, argv, "a scan");
     return a->config.path ? check(a) : -EINVAL;
+}
+
+static json_t *lod_json(const struct dx_lod_stats *s)
+{
+    return json_pack("{s:I, s:I, s:f, s:f, s:I}", "whole_triangles", (json_int_t)s->whole,
+                     "left_out", (json_int_t)s->left_out, "max_sigma", s->max_sigma, "rms_sigma",
+                     s->rms_sigma, "cracks", (json_int_t)s->cracks);
 }
 
 static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, double seconds)
@@ -197,6 +205,8 @@ static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, d
     json_object_set_new(j, "valid", json_real(o->fit.valid));
     json_object_set_new(j, "frame", json_integer((json_int_t)o->frame));
     json_object_set_new(j, "ns_per_dexel", json_real(o->mesh_s * 1e9 / n_dexels));
+    if (o->lod.triangles)
+        json_object_set_new(j, "lod", lod_json(&o->lod));
     return dx_json_print(j, "dexel mesh");
 }
 

@@ -263,6 +263,8 @@ static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct d
     if (rc == 0)
         rc = store_tiles(o, s->terrain, c, pool);
     dx_pool_free(pool);
+    if (rc == 0 && c->lod_stats && !dx_lod_is_whole(c->lod))
+        rc = dx_lod_stats_compute(&o->lod, s->terrain, c->lod);
     return rc < 0 ? dx_err_set(err, rc, "%s: the mesh: %s", c->path, strerror(-rc)) : 0;
 }
 

@@ -6,7 +6,6 @@
 #ifndef DX_QUALITY_H
 #define DX_QUALITY_H
 
-#include "core/grid/lod_level.h"
 #include "tools/quality_report.h"
 #include "tools/quality_rig.h"
 
@@ -83,15 +82,6 @@ struct dx_quality_static {
 int dx_quality_static(struct dx_quality_static *out, struct dx_quality_rig *rig,
                       const struct dx_terrain_params *params, const struct dx_quality_draw *draw,
                       uint32_t settling, uint32_t n_frames);
-
-/* A level of detail: what it leaves out is measured from the triangles that cover it, in sigmas of
- * the drawing. Errors: -ENOMEM. */
-struct dx_quality_lod {
-    uint64_t triangles, whole, cracks;
-    double max_sigma, rms_sigma;
-};
-int dx_quality_lod(struct dx_quality_lod *out, const struct dx_quality_rig *rig,
-                   struct dx_lod_level level);
 
 /* ---- themes -----------------------------------------------------------------------------------
  */
