@@ -168,29 +168,54 @@ static void compute_own(struct dx_lod *lod, struct dx_pool *pool)
 
 /* ---- up the lattice -------------------------------------------------------------------------- */
 
-/* Steps to those whose parent a middle is, in steps of h, halved for one along a row or column. */
-static const int8_t across[4][2] = {{-1, -1}, {-1, 1}, {1, -1}, {1, 1}};
-static const int8_t along[4][2] = {{-1, 0}, {0, -1}, {0, 1}, {1, 0}};
+/* Rows with the errors of those whose parent a middle is; NULL outside the grid. Along a row or
+ * column they are at the four corners `step` away, else at the ends of a cross. */
+struct children {
+    const uint16_t *up, *here, *down;
+    int32_t step;
+    bool cross;
+};
 
-static uint16_t raised(const struct dx_lod *lod, uint32_t row, uint32_t col, int32_t step,
-                       const int8_t to[4][2])
+static struct children children_of(const struct dx_lod *lod, const struct dx_lod_run *run,
+                                   uint32_t row)
 {
     const struct dx_tiling *t = &lod->terrain->tiling;
-    uint16_t most = lod->own[(size_t)row * t->width + col];
+    const bool cross = run->kind >= DX_LOD_MAIN;
+    const int32_t step = cross ? run->h : run->h / 2;
+    const uint16_t *here = lod->error + (size_t)row * t->width;
+    const size_t rows = (size_t)step * t->width;
 
-    for (int k = 0; step && k < 4; k++) {
-        const int64_t i = (int64_t)row + step * to[k][0];
-        int64_t j = (int64_t)col + step * to[k][1];
+    return (struct children){.up = row >= (uint32_t)step ? here - rows : NULL,
+                             .here = here,
+                             .down = row + (uint32_t)step < t->height ? here + rows : NULL,
+                             .step = step,
+                             .cross = cross};
+}
 
-        if (t->wrap)
-            j += j < 0 ? t->width : j >= t->width ? -(int64_t)t->width : 0;
-        if (i >= 0 && i < t->height && j >= 0 && j < t->width) {
-            const uint16_t e = lod->error[(size_t)i * t->width + (size_t)j];
+static uint16_t larger(uint16_t a, uint16_t b)
+{
+    return a > b ? a : b;
+}
 
-            most = e > most ? e : most;
-        }
-    }
-    return most;
+/* NULL: none of them is in the grid. */
+static uint16_t at(const uint16_t *row, int64_t col)
+{
+    return row && col >= 0 ? row[col] : 0;
+}
+
+/* The largest error of a middle's children. Of a middle that is not forced: a cross is in the grid.
+ */
+static uint16_t most_of(const struct children *c, const struct dx_tiling *t, uint32_t col)
+{
+    int64_t left = (int64_t)col - c->step, right = (int64_t)col + c->step;
+
+    left += left < 0 && t->wrap ? t->width : 0;
+    right = right < t->width ? right : t->wrap ? right - t->width : -1;
+    if (c->cross)
+        return larger(larger(at(c->up, col), at(c->down, col)),
+                      larger(at(c->here, left), at(c->here, right)));
+    return larger(larger(at(c->up, left), at(c->up, right)),
+                  larger(at(c->down, left), at(c->down, right)));
 }
 
 /* Who is cut otherwise when a dexel's error changes. */
@@ -208,13 +233,16 @@ static uint16_t recut_by(const struct dx_lod *lod, uint16_t was, uint16_t is, ui
 static void raise_run(struct dx_lod *lod, uint32_t tile, const struct dx_lod_run *run, uint32_t row,
                       const struct dx_lod_rect *rect)
 {
-    const bool diagonal = run->kind >= DX_LOD_MAIN;
-    const int32_t step = diagonal ? run->h : run->h / 2;
-    uint16_t *error = lod->error + (size_t)row * lod->terrain->tiling.width;
+    const struct dx_tiling *t = &lod->terrain->tiling;
+    const struct children children = children_of(lod, run, row);
+    const uint16_t *own = lod->own + (size_t)row * t->width;
+    uint16_t *error = lod->error + (size_t)row * t->width;
 
     for (uint32_t col = run->first; col < rect->col1; col += run->step) {
-        const uint16_t most = raised(lod, row, col, step, diagonal ? along : across);
+        uint16_t most = own[col];
 
+        if (children.step && most != DX_LOD_INFINITE)
+            most = larger(most, most_of(&children, t, col));
         if (most == error[col])
             continue;
         lod->recut[tile] |= recut_by(lod, error[col], most, (uint32_t)run->h,

@@ -34,7 +34,9 @@ static uint16_t in_sigmas(int64_t residual, uint32_t range, const struct dx_sigm
 
     if (scaled >= DX_LOD_MAX_BOUND * one)
         return DX_LOD_MAX_BOUND;
-    return (uint16_t)((uint64_t)scaled / one);
+    /* Below 2^43, and no closer to the next integer than 1 / one: the quotient of doubles truncates
+     * to the same. */
+    return (uint16_t)(uint32_t)((double)(int64_t)scaled / (double)(int64_t)one);
 }
 
 static uint32_t range_of(const struct dx_plane *p, uint32_t row, int64_t col)
