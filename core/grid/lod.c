@@ -302,10 +302,10 @@ static void find_changed(struct dx_lod *lod)
 
     for (unsigned s = 0; s < DX_LOD_SLOTS; s++)
         memcpy(lod->changed[s], lod->noted, tile_words(lod) * sizeof(*lod->noted));
-    for (uint32_t tile = 0; tile < dx_tiling_n_tiles(t); tile++)
-        for (unsigned s = 0; lod->recut[tile] >> 4 * s; s++) {
-            const unsigned flags = lod->recut[tile] >> 4 * s;
+    for (uint32_t tile = 0; tile < dx_tiling_n_tiles(t); tile++) {
+        unsigned flags = lod->recut[tile];
 
+        for (unsigned s = 0; flags; s++, flags >>= 4) {
             if (flags & DX_LOD_RECUT_HERE)
                 mark(lod->changed[s], tile);
             if (flags & DX_LOD_RECUT_ABOVE)
@@ -313,6 +313,7 @@ static void find_changed(struct dx_lod *lod)
             if (flags & DX_LOD_RECUT_LEFT)
                 mark(lod->changed[s], beside(t, tile, 0, -1));
         }
+    }
 }
 
 void dx_lod_update(struct dx_lod *lod, const struct dx_lod_level level[DX_LOD_SLOTS],

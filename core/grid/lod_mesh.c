@@ -150,8 +150,10 @@ static void take_vertices(struct dx_tile_mesh *mesh, const struct dx_tile_mesh *
         if (used->at[k]) {
             memcpy(mesh->xyz + 3 * (size_t)to, whole->xyz + 3 * (size_t)from,
                    3 * sizeof(*mesh->xyz));
-            mesh->attr[to] = whole->attr[from];
-            memcpy(mesh->normal + 2 * (size_t)to, whole->normal + 2 * (size_t)from, 2);
+            if (whole->attr_bytes)
+                mesh->attr[to] = whole->attr[from];
+            if (whole->has_normals)
+                memcpy(mesh->normal + 2 * (size_t)to, whole->normal + 2 * (size_t)from, 2);
             to++;
         }
         from++;
