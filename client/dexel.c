@@ -10,6 +10,18 @@
 
 #define DEFAULT_SOCKET "/run/dexeld/mesh.sock"
 
+static int check_level(struct dexel *d, const struct dexel_options *o)
+{
+    const char *bad = dx_lod_level_set(&d->asked.lod, o->lod_sigma, o->stride);
+
+    if (bad)
+        return dx_err_set(&d->err, -EINVAL, "level of detail %g, stride %u: %s", o->lod_sigma,
+                          o->stride, bad);
+    if (!dx_lod_is_whole(d->asked.lod) && o->encoding != DEXEL_F32)
+        return dx_err_set(&d->err, -EINVAL, "a level of detail comes as f32 only");
+    return 0;
+}
+
 static int check_options(struct dexel *d, const struct dexel_options *o)
 {
     if (o->encoding > DEXEL_DELTA || o->mode > DEXEL_LOSSLESS)
@@ -21,7 +33,7 @@ static int check_options(struct dexel *d, const struct dexel_options *o)
     if (!o->n_tile_rows != !o->n_tile_cols)
         return dx_err_set(&d->err, -EINVAL, "a region of %u x %u tiles: both or none expected",
                           o->n_tile_rows, o->n_tile_cols);
-    return 0;
+    return check_level(d, o);
 }
 
 int dx_session_new(struct dexel **out, const struct dexel_options *options,
@@ -57,6 +69,7 @@ int dx_session_new(struct dexel **out, const struct dexel_options *options,
         .tile_col0 = o->tile_col0,
         .n_tile_rows = o->n_tile_rows,
         .n_tile_cols = o->n_tile_cols,
+        .lod = d->asked.lod,
     };
     if (o->stream)
         memcpy(d->asked.stream, o->stream, strlen(o->stream));

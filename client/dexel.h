@@ -55,6 +55,8 @@ struct dexel_stream {
     double unit_m;                 /* metres per range unit */
     double pose[12];               /* rows of [R|t], scanner to world; not applied to vertices */
     double sigma[3], tilt_deg, noise_k, cap_m; /* mesh parameters in force */
+    double lod_sigma;                          /* level of detail, as asked for; 0: none */
+    unsigned stride;
 };
 
 /* The mesh of one tile. Pointers hold until the callback returns. */
@@ -105,6 +107,13 @@ struct dexel_options {
     int want_attr, want_normals; /* where the stream has them */
     uint32_t min_interval_ms;
     uint16_t tile_row0, tile_col0, n_tile_rows, n_tile_cols; /* region; 0 rows and cols: all */
+    /*
+     * Level of detail, F32 only; both 0: the whole mesh. Samples within lod_sigma (1/16 to 4095,
+     * rounded to 1/16) of what is left may be left out, in steps of `stride` (2, 4 .. 64) at most;
+     * without lod_sigma all of them are.
+     */
+    double lod_sigma;
+    unsigned stride;
 };
 
 /* Connects and sends HELLO and SUBSCRIBE; what the server answers comes in dispatch. `options` may

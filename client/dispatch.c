@@ -68,6 +68,8 @@ static int call_stream(struct dexel *d)
         .tilt_deg = m->tilt_deg,
         .noise_k = m->noise_k,
         .cap_m = m->cap_m,
+        .lod_sigma = (double)m->lod.bound / DX_LOD_PER_SIGMA,
+        .stride = m->lod.stride,
     };
 
     memcpy(s.pose, m->pose, sizeof(s.pose));
@@ -81,8 +83,9 @@ static int on_subscribed(struct dexel *d, const struct message *m)
 
     if (dx_msg_subscribed_get(&d->told, m->body, m->len) < 0)
         return refuse(d, "not a SUBSCRIBED, or a value in it is out of range");
-    if (d->told.encoding != d->asked.encoding || d->told.mode != d->asked.mode)
-        return refuse(d, "SUBSCRIBED with another encoding or mode than asked for");
+    if (d->told.encoding != d->asked.encoding || d->told.mode != d->asked.mode ||
+        !dx_lod_same(d->told.lod, d->asked.lod))
+        return refuse(d, "SUBSCRIBED with another encoding, mode or level than asked for");
     d->stream = m->header.stream;
     dx_tiling_init(&d->tiling, d->told.height, d->told.width, d->told.wrap);
     r = dx_session_begin_geometry(d);

@@ -6,21 +6,22 @@
 
 #define WINDOW 16 /* tiles encoded at a time: enough for the pool, small enough for the cache */
 
-/* A tile on its way to the feed: its chunk in each encoding that wants it (len 0: not wanted). */
+/* A tile on its way to the feed: its chunk in each form that wants it (len 0: not wanted). */
 struct encode_job {
     uint32_t tile;
-    size_t len[DX_N_ENCODINGS];
-    uint8_t *body[DX_N_ENCODINGS];
+    size_t len[DX_N_FORMS];
+    uint8_t *body[DX_N_FORMS];
 };
 
 struct encode_scratch {
     struct dx_tile tile;
-    struct dx_tile_mesh mesh;
+    struct dx_tile_mesh mesh, cut;
+    struct dx_lod_scratch *lod;
 };
 
 struct dx_encoder {
     struct dx_pool *pool;
-    const struct dx_terrain *terrain; /* of the call under way */
+    struct dx_encoder_source source; /* of the call under way */
     struct encode_job job[WINDOW];
     struct encode_scratch *scratch; /* one a thread */
 };
@@ -35,9 +36,14 @@ int dx_encoder_new(struct dx_encoder **out, struct dx_pool *pool)
     e->scratch = calloc(dx_pool_threads(pool), sizeof(*e->scratch));
     if (!e->scratch)
         goto err_encoder;
+    for (unsigned k = 0; k < dx_pool_threads(pool); k++) {
+        e->scratch[k].lod = dx_lod_scratch_new();
+        if (!e->scratch[k].lod)
+            goto err_encoder;
+    }
     for (int k = 0; k < WINDOW; k++)
-        for (unsigned n = 0; n < DX_N_ENCODINGS; n++) {
-            e->job[k].body[n] = malloc(dx_chunk_max_len((enum dx_encoding)n));
+        for (unsigned n = 0; n < DX_N_FORMS; n++) {
+            e->job[k].body[n] = malloc(dx_chunk_max_len(dx_form_encoding(n)));
             if (!e->job[k].body[n])
                 goto err_encoder;
         }
@@ -54,10 +60,40 @@ void dx_encoder_free(struct dx_encoder *e)
     if (!e)
         return;
     for (int k = 0; k < WINDOW; k++)
-        for (int n = 0; n < DX_N_ENCODINGS; n++)
+        for (int n = 0; n < DX_N_FORMS; n++)
             free(e->job[k].body[n]);
+    for (unsigned k = 0; e->scratch && k < dx_pool_threads(e->pool); k++)
+        dx_lod_scratch_free(e->scratch[k].lod);
     free(e->scratch);
     free(e);
+}
+
+/* The tile in one form; f32 and levels of detail take the mesh. */
+static size_t encode_form(const struct dx_encoder *e, struct encode_scratch *s, unsigned form,
+                          uint8_t *body)
+{
+    const struct dx_encoder_source *from = &e->source;
+
+    switch (form) {
+    case DX_ENCODING_F32:
+        return dx_chunk_put_f32(body, &s->mesh);
+    case DX_ENCODING_Q16:
+        return dx_chunk_put_q16(body, &s->tile);
+    case DX_ENCODING_DELTA:
+        return dx_chunk_put_delta(body, &s->tile);
+    default:
+        dx_lod_mesh(&s->cut, from->lod, from->level[form - DX_N_ENCODINGS], &s->tile, &s->mesh,
+                    s->lod);
+        return dx_chunk_put_f32(body, &s->cut);
+    }
+}
+
+static bool wants_mesh(const struct encode_job *job)
+{
+    for (unsigned n = 0; n < DX_N_FORMS; n++)
+        if (job->len[n] && !dx_encoding_has_ranges(dx_form_encoding(n)))
+            return true;
+    return false;
 }
 
 /* Runs on the pool: the chunks of one tile. */
@@ -66,24 +102,19 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
     struct dx_encoder *e = ctx;
     struct encode_job *job = &e->job[task];
     struct encode_scratch *s = &e->scratch[thread];
-    bool some = dx_terrain_tile(e->terrain, job->tile, &s->tile);
+    const struct dx_terrain *terrain = e->source.terrain;
+    bool some = dx_terrain_tile(terrain, job->tile, &s->tile);
 
-    for (unsigned n = 0; n < DX_N_ENCODINGS; n++) {
+    if (some && wants_mesh(job))
+        dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(terrain),
+                           dx_terrain_geometry(terrain));
+    for (unsigned n = 0; n < DX_N_FORMS; n++) {
         if (!job->len[n])
             continue;
-        if (!some) {
-            job->len[n] =
-                dx_chunk_put_empty(job->body[n], (enum dx_encoding)n, s->tile.row, s->tile.col);
-        } else if (n == DX_ENCODING_F32) {
-            dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(e->terrain),
-                               dx_terrain_geometry(e->terrain));
-            job->len[n] = dx_chunk_put_f32(job->body[n], &s->mesh);
-        } else if (n == DX_ENCODING_Q16) {
-            job->len[n] = dx_chunk_put_q16(job->body[n], &s->tile);
-        } else {
-            job->len[n] = dx_chunk_put_delta(job->body[n], &s->tile);
-        }
-        if (dx_terrain_params(e->terrain)->smooth)
+        job->len[n] =
+            some ? encode_form(e, s, n, job->body[n])
+                 : dx_chunk_put_empty(job->body[n], dx_form_encoding(n), s->tile.row, s->tile.col);
+        if (dx_terrain_params(terrain)->smooth)
             dx_chunk_set_smoothed(job->body[n]);
     }
 }
@@ -93,24 +124,24 @@ static bool flush_jobs(struct dx_encoder *e, struct dx_feed *feed, uint32_t n_jo
 {
     dx_pool_run(e->pool, n_jobs, encode_tile, e);
     for (uint32_t k = 0; k < n_jobs; k++)
-        for (unsigned n = 0; n < DX_N_ENCODINGS; n++)
-            if (e->job[k].len[n] && !dx_feed_add(feed, e->job[k].tile, (enum dx_encoding)n,
-                                                 e->job[k].body[n], e->job[k].len[n]))
+        for (unsigned n = 0; n < DX_N_FORMS; n++)
+            if (e->job[k].len[n] &&
+                !dx_feed_add(feed, e->job[k].tile, n, e->job[k].body[n], e->job[k].len[n]))
                 return false;
     return true;
 }
 
-bool dx_encoder_add(struct dx_encoder *e, struct dx_feed *feed, const struct dx_terrain *terrain,
-                    uint64_t *const pending[DX_N_ENCODINGS])
+bool dx_encoder_add(struct dx_encoder *e, struct dx_feed *feed,
+                    const struct dx_encoder_source *source, uint64_t *const pending[DX_N_FORMS])
 {
-    uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(terrain)), n_jobs = 0;
+    uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(source->terrain)), n_jobs = 0;
 
-    e->terrain = terrain;
+    e->source = *source;
     for (uint32_t t = 0; t < n_tiles; t++) {
         struct encode_job *job = &e->job[n_jobs];
         bool any = false;
 
-        for (int n = 0; n < DX_N_ENCODINGS; n++) {
+        for (int n = 0; n < DX_N_FORMS; n++) {
             job->len[n] = pending[n][t / 64] >> (t % 64) & 1;
             any |= job->len[n];
         }

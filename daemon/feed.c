@@ -64,15 +64,15 @@ int dx_feed_new(struct dx_feed **out, uint32_t max_tiles, uint32_t n_epochs, uin
     uint32_t tile_blocks = 0;
     int r;
 
-    for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
-        size_t len = dx_chunk_max_len((enum dx_encoding)e) - spare;
+    for (unsigned e = 0; e < DX_N_FORMS; e++) {
+        size_t len = dx_chunk_max_len(dx_form_encoding(e)) - spare;
 
         tile_blocks += (uint32_t)((len + DX_FEED_BLOCK_LEN - 1) / DX_FEED_BLOCK_LEN);
     }
-    if (n_tiles * tile_blocks >= DX_FEED_NONE || n_tiles * DX_N_ENCODINGS >= 1u << 30)
+    if (n_tiles * tile_blocks >= DX_FEED_NONE || n_tiles * DX_N_FORMS >= 1u << 30)
         return -ENOMEM;
     r = dx_feed_new_sized(out, max_tiles, (uint32_t)n_tiles * tile_blocks,
-                          (uint32_t)n_tiles * DX_N_ENCODINGS, N_EVENTS, wake_fd, kick, kick_ctx);
+                          (uint32_t)n_tiles * DX_N_FORMS, N_EVENTS, wake_fd, kick, kick_ctx);
     if (r < 0)
         return r;
     (*out)->tile_blocks = tile_blocks;
@@ -218,16 +218,24 @@ static void flush(struct dx_feed *f)
         wake(f);
 }
 
-void dx_feed_wanted(struct dx_feed *f, uint32_t generation[DX_N_ENCODINGS])
+void dx_feed_wanted(struct dx_feed *f, uint32_t generation[DX_N_FORMS])
 {
     reclaim(f);
     flush(f);
     /* acquire: pairs with the loop's release; a generation carries no other data */
-    for (int e = 0; e < DX_N_ENCODINGS; e++)
+    for (int e = 0; e < DX_N_FORMS; e++)
         generation[e] = atomic_load_explicit(&f->wanted[e], memory_order_acquire);
 }
 
-void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[DX_N_ENCODINGS])
+struct dx_lod_level dx_feed_level(const struct dx_feed *f, unsigned slot)
+{
+    /* relaxed: the generation that asks for it was read with acquire, and written after it */
+    const uint32_t packed = atomic_load_explicit(&f->level[slot], memory_order_relaxed);
+
+    return (struct dx_lod_level){(uint16_t)packed, (uint8_t)(packed >> 16)};
+}
+
+void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[DX_N_FORMS])
 {
     struct dx_feed_outbox *o = &f->out;
 
@@ -262,8 +270,7 @@ static bool has_room(const struct dx_feed *f, size_t n_blocks)
     return f->free_chunks.n > f->keep_chunks && f->free_blocks.n >= f->keep_blocks + n_blocks;
 }
 
-bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, const uint8_t *body,
-                 size_t len)
+bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, const uint8_t *body, size_t len)
 {
     struct dx_feed_outbox *o = &f->out;
     bool empty = len == DX_CHUNK_HEADER_LEN;
@@ -271,7 +278,7 @@ bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, co
     struct dx_feed_chunk *c;
     uint32_t number;
 
-    assert(o->open && tile < f->max_tiles && encoding < DX_N_ENCODINGS);
+    assert(o->open && tile < f->max_tiles && form < DX_N_FORMS);
     if (!has_room(f, n_blocks))
         reclaim(f);
     if (!has_room(f, n_blocks))
@@ -281,8 +288,8 @@ bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, co
     c->n_blocks = (uint32_t)n_blocks;
     c->len = (uint32_t)len;
     c->tile = tile;
-    c->encoding = encoding;
-    c->generation = o->open_generation[encoding];
+    c->form = form;
+    c->generation = o->open_generation[form];
     c->epoch = o->open_epoch;
     c->next = DX_FEED_NONE;
     fill_chunk(f, c, body);
@@ -351,7 +358,7 @@ static void set_quota(struct dx_feed *f, const struct dx_geometry *g)
     dx_tiling_init(&tiling, g->height, g->width, g->wrap);
     n_tiles = f->max_tiles - dx_tiling_n_tiles(&tiling);
     f->keep_blocks = n_tiles * f->n_epochs * f->tile_blocks;
-    f->keep_chunks = n_tiles * f->n_epochs * DX_N_ENCODINGS;
+    f->keep_chunks = n_tiles * f->n_epochs * DX_N_FORMS;
 }
 
 void dx_feed_reset(struct dx_feed *f, struct dx_geometry *g, const struct dx_terrain_params *params,

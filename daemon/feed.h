@@ -13,18 +13,27 @@
 #ifndef DX_FEED_H
 #define DX_FEED_H
 
-#include "core/grid/terrain.h"
+#include "core/grid/lod.h"
 #include "core/wire/chunk.h"
 #include "daemon/passage.h"
 
 struct dx_feed;
 
+/* What tiles are told in: the whole mesh in each encoding, then levels of detail in f32. A form
+ * below DX_N_ENCODINGS is an enum dx_encoding. Which level a form is, the loop says. */
+#define DX_N_FORMS (DX_N_ENCODINGS + DX_LOD_SLOTS)
+
+static inline enum dx_encoding dx_form_encoding(unsigned form)
+{
+    return form < DX_N_ENCODINGS ? (enum dx_encoding)form : DX_ENCODING_F32;
+}
+
 /*
  * Memory for `max_tiles` tiles: room for `n_epochs` (6: one current, one being built, four pinned)
- * full frames in each encoding, but address space only until it is used, and no more of it than the
+ * full frames in each form, but address space only until it is used, and no more of it than the
  * grid in force needs. `wake_fd` (a non-blocking eventfd; -1: the feed makes its own) is written
  * when there is something for the loop. `kick` is called by the loop when the mesher should look
- * again (encodings wanted, chunks came home); it must not block. Errors: -ENOMEM.
+ * again (forms wanted, chunks came home); it must not block. Errors: -ENOMEM.
  */
 int dx_feed_new(struct dx_feed **out, uint32_t max_tiles, uint32_t n_epochs, uint8_t attr_bytes,
                 int wake_fd, void (*kick)(void *ctx), void *kick_ctx);
@@ -32,19 +41,22 @@ void dx_feed_free(struct dx_feed *f); /* after both threads have let go */
 
 /*
  * Takes back what came home and publishes what had to wait; to be called whenever kicked.
- * Which encodings somebody wants: generation per encoding, 0 = nobody. A generation the mesher has
+ * Which forms somebody wants: generation per form, 0 = nobody. A generation the mesher has
  * not served yet asks for all tiles, not only changed ones.
  */
-void dx_feed_wanted(struct dx_feed *f, uint32_t generation[DX_N_ENCODINGS]);
+void dx_feed_wanted(struct dx_feed *f, uint32_t generation[DX_N_FORMS]);
+
+/* The level of form DX_N_ENCODINGS + slot, to be asked after dx_feed_wanted: when it has moved on
+ * since, what is made for the older generation is dropped unseen. */
+struct dx_lod_level dx_feed_level(const struct dx_feed *f, unsigned slot);
 
 /* Starts an epoch; they are numbered from 1, upwards. `generation`: what dx_feed_wanted said. */
-void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[DX_N_ENCODINGS]);
+void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[DX_N_FORMS]);
 
 /* Adds the chunk of a tile (the TILE body) to the open epoch. `len` of DX_CHUNK_HEADER_LEN: the
  * tile is empty. False: short of chunks; the mesher must call dx_feed_abort and try again when
  * kicked. */
-bool dx_feed_add(struct dx_feed *f, uint32_t tile, enum dx_encoding encoding, const uint8_t *body,
-                 size_t len);
+bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, const uint8_t *body, size_t len);
 
 /* Publishes the epoch. Always succeeds. `passage` NULL: no new data came with it. */
 void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit,

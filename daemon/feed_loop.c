@@ -14,7 +14,7 @@ int dx_feed_loop_new(struct dx_feed_loop **out, struct dx_feed *f)
     if (!l)
         return -ENOMEM;
     l->feed = f;
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         l->current[e] = malloc(f->max_tiles * sizeof(*l->current[e]));
         if (!l->current[e]) {
             dx_feed_loop_free(l);
@@ -52,7 +52,7 @@ void dx_feed_loop_free(struct dx_feed_loop *l)
     if (!l)
         return;
     assert(!l->views);
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         if (l->current[e])
             clear_table(l, e);
         free(l->current[e]);
@@ -98,9 +98,9 @@ bool dx_feed_loop_revoke_oldest(struct dx_feed_loop *l)
 static bool place_chunk(struct dx_feed_loop *l, uint32_t number)
 {
     struct dx_feed_chunk *c = &l->feed->chunk[number];
-    uint32_t *slot = &l->current[c->encoding][c->tile];
+    uint32_t *slot = &l->current[c->form][c->tile];
 
-    if (c->generation == 0 || c->generation != l->generation[c->encoding]) {
+    if (c->generation == 0 || c->generation != l->generation[c->form]) {
         send_home(l, number);
         return false;
     }
@@ -115,10 +115,10 @@ static bool place_chunk(struct dx_feed_loop *l, uint32_t number)
     return true;
 }
 
-static void mark_dirty(struct dx_feed_loop *l, uint32_t encoding, uint32_t tile)
+static void mark_dirty(struct dx_feed_loop *l, uint32_t form, uint32_t tile)
 {
     for (struct dx_view *v = l->views; v; v = v->next)
-        if (v->encoding == encoding)
+        if (v->form == form)
             v->dirty[tile / 64] |= (uint64_t)1 << tile % 64;
 }
 
@@ -128,14 +128,14 @@ static void adopt_commit(struct dx_feed_loop *l, const struct dx_feed_event *e)
 
     while (number != DX_FEED_NONE) {
         const struct dx_feed_chunk *c = &l->feed->chunk[number];
-        uint32_t next = c->next, tile = c->tile, encoding = c->encoding;
+        uint32_t next = c->next, tile = c->tile, form = c->form;
 
         /* once home, the chunk is the mesher's: nothing of it is read after this */
         if (place_chunk(l, number))
-            mark_dirty(l, encoding, tile);
+            mark_dirty(l, form, tile);
         number = next;
     }
-    for (int k = 0; k < DX_N_ENCODINGS; k++)
+    for (int k = 0; k < DX_N_FORMS; k++)
         l->whole[k] = l->generation[k] && e->generation[k] == l->generation[k];
     l->seq++;
     l->epoch = e->epoch;
@@ -151,7 +151,7 @@ static void adopt_reset(struct dx_feed_loop *l, struct dx_feed_event *e)
         v->dropped(v, false);
         dx_view_drop(v);
     }
-    for (int k = 0; k < DX_N_ENCODINGS; k++)
+    for (int k = 0; k < DX_N_FORMS; k++)
         clear_table(l, k);
     dx_geometry_unref(l->geometry);
     l->geometry = e->geometry;
@@ -183,7 +183,7 @@ static unsigned adopt(struct dx_feed_loop *l, struct dx_feed_event *e)
 static bool must_hold(const struct dx_feed_loop *l)
 {
     for (const struct dx_view *v = l->views; v; v = v->next)
-        if (v->lossless && l->has_epoch && l->whole[v->encoding] && v->done_seq != l->seq)
+        if (v->lossless && l->has_epoch && l->whole[v->form] && v->done_seq != l->seq)
             return true;
     return false;
 }
@@ -260,7 +260,7 @@ bool dx_feed_loop_settle(struct dx_feed_loop *l)
     return next_event(l, &number);
 }
 
-/* ---- encodings wanted
+/* ---- forms wanted
  * ---------------------------------------------------------------------------- */
 
 static void set_wanted(struct dx_feed_loop *l, int e, uint32_t generation)
@@ -271,22 +271,59 @@ static void set_wanted(struct dx_feed_loop *l, int e, uint32_t generation)
     kick(l);
 }
 
-void dx_feed_loop_want(struct dx_feed_loop *l, enum dx_encoding e)
+void dx_feed_loop_want(struct dx_feed_loop *l, unsigned form)
 {
-    if (l->generation[e])
+    if (l->generation[form])
         return;
-    if (++l->last_generation[e] == 0)
-        l->last_generation[e] = 1;
-    set_wanted(l, (int)e, l->last_generation[e]);
+    if (++l->last_generation[form] == 0)
+        l->last_generation[form] = 1;
+    set_wanted(l, (int)form, l->last_generation[form]);
+}
+
+/* Nobody wants it any more; what is under way in it goes home when it comes. */
+static void drop_form(struct dx_feed_loop *l, int e)
+{
+    clear_table(l, e);
+    set_wanted(l, e, 0);
+}
+
+/* Slot of a level that others have, else of one that nobody has: rather one that is not even
+ * lingering. DX_LOD_SLOTS: none. */
+static unsigned find_slot(const struct dx_feed_loop *l, struct dx_lod_level level)
+{
+    unsigned found = DX_LOD_SLOTS;
+
+    for (unsigned s = 0; s < DX_LOD_SLOTS; s++) {
+        const unsigned form = DX_N_ENCODINGS + s;
+
+        if (l->generation[form] && dx_lod_same(l->level[s], level))
+            return s;
+        if (!l->n_views[form] && (found == DX_LOD_SLOTS || !l->generation[form]))
+            found = s;
+    }
+    return found;
+}
+
+unsigned dx_feed_loop_form(struct dx_feed_loop *l, struct dx_lod_level level)
+{
+    const unsigned slot = find_slot(l, level), form = DX_N_ENCODINGS + slot;
+
+    if (slot == DX_LOD_SLOTS || (l->generation[form] && dx_lod_same(l->level[slot], level)))
+        return form;
+    if (l->generation[form])
+        drop_form(l, (int)form);
+    l->level[slot] = level;
+    /* relaxed: the generation that will ask for it is stored with release */
+    atomic_store_explicit(&l->feed->level[slot], dx_feed_pack_level(level), memory_order_relaxed);
+    return form;
 }
 
 void dx_feed_loop_expire(struct dx_feed_loop *l, uint64_t now_ns)
 {
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         if (!l->generation[e] || l->n_views[e] ||
             now_ns - l->unused_since_ns[e] < DX_FEED_LINGER_NS)
             continue;
-        clear_table(l, e);
-        set_wanted(l, e, 0);
+        drop_form(l, e);
     }
 }

@@ -5,8 +5,8 @@
  *
  * Ownership moves with the ring: a chunk or an event is the mesher's while it is free or in an
  * epoch not yet published, and the loop's from dx_ring_push(to_loop) until dx_ring_push(home).
- * Nobody touches what is the other's, so only the rings, `wanted`, `starved` and `lossless_epoch`
- * are atomic.
+ * Nobody touches what is the other's, so only the rings, `wanted`, `level`, `starved` and
+ * `lossless_epoch` are atomic.
  */
 #ifndef DX_FEED_PRIV_H
 #define DX_FEED_PRIV_H
@@ -24,8 +24,8 @@ struct dx_feed_chunk {
     uint32_t n_blocks;
     uint32_t len; /* bytes of the body */
     uint32_t tile;
-    uint32_t encoding;
-    uint32_t generation; /* of the encoding, that this chunk answers */
+    uint32_t form;
+    uint32_t generation; /* of the form, that this chunk answers */
     uint32_t next;       /* in a free list, or in the epoch it was published with */
     uint32_t refs;       /* the loop's */
     uint64_t epoch;
@@ -44,7 +44,7 @@ struct dx_feed_event {
     /* commit */
     uint64_t epoch;
     uint32_t first_chunk; /* list of what the epoch brings */
-    uint32_t generation[DX_N_ENCODINGS];
+    uint32_t generation[DX_N_FORMS];
     struct dx_msg_commit commit;
     struct dx_passage passage;
     /* reset: one reference on the geometry travels with the event */
@@ -68,12 +68,12 @@ struct dx_feed_outbox {
     uint32_t mark;        /* last chunk before the open epoch, or NONE */
     bool open;
     uint64_t open_epoch;
-    uint32_t open_generation[DX_N_ENCODINGS];
+    uint32_t open_generation[DX_N_FORMS];
 };
 
 struct dx_feed {
     uint32_t max_tiles, n_chunks, n_events;
-    uint32_t tile_blocks, n_epochs; /* blocks of a tile in all encodings; 0: no quota */
+    uint32_t tile_blocks, n_epochs; /* blocks of a tile in all forms; 0: no quota */
     uint8_t *memory;                /* address space of all blocks */
     size_t memory_len;
     uint32_t *next_block;
@@ -84,11 +84,12 @@ struct dx_feed {
     void (*kick)(void *ctx);
     void *kick_ctx;
 
-    struct dx_ring to_loop;                  /* events */
-    struct dx_ring home;                     /* chunks, and events as n_chunks + number */
-    _Atomic uint32_t wanted[DX_N_ENCODINGS]; /* loop writes */
-    _Atomic uint64_t lossless_epoch;         /* loop writes */
-    _Atomic bool starved;                    /* mesher sets, loop clears */
+    struct dx_ring to_loop;               /* events */
+    struct dx_ring home;                  /* chunks, and events as n_chunks + number */
+    _Atomic uint32_t wanted[DX_N_FORMS];  /* loop writes */
+    _Atomic uint32_t level[DX_LOD_SLOTS]; /* loop writes, while nobody wants it: packed */
+    _Atomic uint64_t lossless_epoch;      /* loop writes */
+    _Atomic bool starved;                 /* mesher sets, loop clears */
 
     /* the mesher's alone */
     struct dx_feed_stack free_blocks, free_chunks, free_events;
@@ -101,6 +102,11 @@ struct dx_feed {
 int dx_feed_new_sized(struct dx_feed **out, uint32_t max_tiles, uint32_t n_blocks,
                       uint32_t n_chunks, uint32_t n_events, int wake_fd, void (*kick)(void *ctx),
                       void *kick_ctx);
+
+static inline uint32_t dx_feed_pack_level(struct dx_lod_level level)
+{
+    return (uint32_t)level.stride << 16 | level.bound;
+}
 
 static inline uint8_t *dx_feed_block(const struct dx_feed *f, uint32_t block)
 {

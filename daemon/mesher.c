@@ -1,5 +1,5 @@
 /*
- * The mesher. What is committed and not yet sent is kept as a bitset of tiles for each encoding, so
+ * The mesher. What is committed and not yet sent is kept as a bitset of tiles for each form, so
  * that a shortage of chunks costs nothing but time: the tiles go out with a later epoch.
  */
 #include "daemon/mesher.h"
@@ -34,14 +34,16 @@ struct dx_mesher {
     bool announced; /* subscribers have been told this geometry, and the noise in force */
     const char *why_reset;
 
-    uint32_t served[DX_N_ENCODINGS];   /* generation that has been sent whole */
-    uint64_t *pending[DX_N_ENCODINGS]; /* tiles that changed since they were sent */
+    uint32_t served[DX_N_FORMS];   /* generation that has been sent whole */
+    uint64_t *pending[DX_N_FORMS]; /* tiles that changed since they were sent */
     struct dx_encoder *encoder;
+    struct dx_lod *lod; /* of the terrain, while somebody wants a level of detail */
+    struct dx_lod_level level[DX_LOD_SLOTS];
 };
 
 static void free_pending(struct dx_mesher *m)
 {
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         free(m->pending[e]);
         m->pending[e] = NULL;
     }
@@ -74,6 +76,7 @@ void dx_mesher_free(struct dx_mesher *m)
     if (!m)
         return;
     free_pending(m);
+    dx_lod_free(m->lod);
     dx_terrain_free(m->terrain);
     dx_geometry_unref(m->geometry);
     dx_encoder_free(m->encoder);
@@ -131,6 +134,8 @@ static void commit_mesh(struct dx_mesher *m)
     for (int e = 0; e < DX_N_ENCODINGS; e++)
         for (uint64_t k = 0; k < n_words; k++)
             m->pending[e][k] |= changed[k];
+    if (m->lod)
+        dx_lod_note(m->lod, changed);
     m->commit.n_dropped = dx_mailbox_n_skipped(m->mailbox);
     m->commit.flags = (m->commit.flags & DX_COMMIT_PARTIAL) | commit_caps(m->terrain);
     m->uncommitted = false;
@@ -145,52 +150,90 @@ static void commit_mesh(struct dx_mesher *m)
 
 /* ---- sending -------------------------------------------------------------------------------- */
 
-static bool is_newly_wanted(const struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+static bool is_newly_wanted(const struct dx_mesher *m, const uint32_t wanted[DX_N_FORMS])
 {
-    for (int e = 0; e < DX_N_ENCODINGS; e++)
+    for (int e = 0; e < DX_N_FORMS; e++)
         if (wanted[e] != 0 && wanted[e] != m->served[e])
             return true;
     return false;
 }
 
-/* What each encoding owes: nothing when nobody wants it, everything when somebody newly does. */
-static void update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+static void drop_lod(struct dx_mesher *m)
+{
+    dx_lod_free(m->lod);
+    m->lod = NULL;
+}
+
+/* The levels wanted, as the array is now: all their tiles that are cut otherwise are owed. The
+ * first subscriber who wants one makes room for errors, the last one gives it up. Without memory
+ * for them nobody gets any, until there is some. */
+static void update_lod(struct dx_mesher *m, uint32_t wanted[DX_N_FORMS])
+{
+    const size_t n_words = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1;
+    uint32_t *of_levels = wanted + DX_N_ENCODINGS;
+    bool any = false;
+
+    for (unsigned s = 0; s < DX_LOD_SLOTS; s++) {
+        m->level[s] = of_levels[s] ? dx_feed_level(m->feed, s) : (struct dx_lod_level){0};
+        any |= of_levels[s] != 0;
+    }
+    if (!any) {
+        drop_lod(m);
+        return;
+    }
+    if (!m->lod && dx_lod_new(&m->lod, m->terrain, m->pool) < 0) {
+        dx_log_error("mesher", "%s: no memory for levels of detail", m->config.name);
+        memset(of_levels, 0, DX_LOD_SLOTS * sizeof(*of_levels));
+        return;
+    }
+    dx_lod_update(m->lod, m->level, m->pool);
+    for (unsigned s = 0; s < DX_LOD_SLOTS; s++)
+        for (size_t k = 0; k < n_words; k++)
+            m->pending[DX_N_ENCODINGS + s][k] |= dx_lod_changed(m->lod, s)[k];
+}
+
+/* What each form owes: nothing when nobody wants it, everything when somebody newly does. */
+static void update_pending(struct dx_mesher *m, const uint32_t wanted[DX_N_FORMS])
 {
     size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
 
-    for (int e = 0; e < DX_N_ENCODINGS; e++)
+    for (int e = 0; e < DX_N_FORMS; e++)
         if (wanted[e] == 0)
             memset(m->pending[e], 0, bytes);
         else if (wanted[e] != m->served[e])
             memset(m->pending[e], 0xff, bytes);
 }
 
-static void epoch_sent(struct dx_mesher *m, const uint32_t wanted[DX_N_ENCODINGS])
+static void epoch_sent(struct dx_mesher *m, const uint32_t wanted[DX_N_FORMS])
 {
     size_t bytes = ((size_t)dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1) * 8;
 
     m->epoch++;
     m->unsent = false;
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         memset(m->pending[e], 0, bytes);
         m->served[e] = wanted[e];
     }
     dx_count(&m->counters->n_epochs, 1);
 }
 
-/* Publishes an epoch when there is something to say: a commit that has not been sent, or an
- * encoding that somebody newly wants. */
+/* Publishes an epoch when there is something to say: a commit that has not been sent, or a form
+ * that somebody newly wants. */
 static void send_epoch(struct dx_mesher *m)
 {
-    uint32_t wanted[DX_N_ENCODINGS];
+    uint32_t wanted[DX_N_FORMS];
+    struct dx_encoder_source source;
 
     dx_feed_wanted(m->feed, wanted);
     if (!m->has_mesh || (!m->unsent && !is_newly_wanted(m, wanted)))
         return;
     commit_mesh(m); /* columns may have come since: codes and samples must be of one array */
+    update_lod(m, wanted);
     update_pending(m, wanted);
     dx_feed_begin(m->feed, m->epoch + 1, wanted);
-    if (!dx_encoder_add(m->encoder, m->feed, m->terrain, m->pending)) {
+    source = (struct dx_encoder_source){.terrain = m->terrain, .lod = m->lod};
+    memcpy(source.level, m->level, sizeof(source.level));
+    if (!dx_encoder_add(m->encoder, m->feed, &source, m->pending)) {
         dx_feed_abort(m->feed);
         dx_count(&m->counters->n_short_of_chunks, 1);
         m->unsent = true;
@@ -215,7 +258,7 @@ static int set_geometry(struct dx_mesher *m, struct dx_geometry *g, uint8_t attr
         return r;
     tiling = dx_terrain_tiling(m->terrain);
     n_words = dx_tiling_n_tiles(tiling) / 64 + 1;
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         m->pending[e] = calloc(n_words, sizeof(uint64_t));
         if (!m->pending[e]) {
             dx_terrain_free(m->terrain);
@@ -242,6 +285,7 @@ static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
     struct dx_tiling tiling;
 
     dx_tiling_init(&tiling, g->height, g->width, g->wrap);
+    drop_lod(m);
     dx_terrain_free(m->terrain);
     m->terrain = NULL;
     if (dx_tiling_n_tiles(&tiling) > m->config.max_tiles)
@@ -261,6 +305,7 @@ static void announce(struct dx_mesher *m)
 {
     dx_feed_reset(m->feed, m->geometry, dx_terrain_params(m->terrain),
                   dx_terrain_published(m->terrain)->attr_bytes, m->why_reset);
+    drop_lod(m);                             /* its errors are in sigmas */
     memset(m->served, 0, sizeof(m->served)); /* a reset takes all tiles from everybody */
     m->announced = true;
 }

@@ -96,6 +96,7 @@ static void put_subscribed(struct dx_subscriber *s)
         .paper = p->paper,
         .normals = p->normals && s->asked.want & DX_WANT_NORMALS,
         .smooth = p->smooth,
+        .lod = s->asked.lod,
     };
     struct dx_writer w;
 
@@ -171,7 +172,7 @@ static void put_tile(struct dx_subscriber *s, uint32_t number)
     struct dx_out_message *out;
 
     if (e->chunk == DX_FEED_NONE) {
-        dx_chunk_put_empty(dx_write_room(&w, DX_CHUNK_HEADER_LEN), s->view.encoding,
+        dx_chunk_put_empty(dx_write_room(&w, DX_CHUNK_HEADER_LEN), dx_form_encoding(s->view.form),
                            e->tile / t->cols, e->tile % t->cols);
     } else {
         const struct dx_feed_chunk *c = &s->out.feed->chunk[e->chunk];

@@ -97,6 +97,8 @@ static json_t *client_status(const struct dx_subscriber *s)
         set_text(o, "stream", s->stream->options.name);
         set_text(o, "encoding", dx_encoding_name(s->asked.encoding));
         set_text(o, "mode", modes[s->asked.mode]);
+        set_number(o, "lod", (double)s->asked.lod.bound / DX_LOD_PER_SIGMA);
+        set_count(o, "stride", s->asked.lod.stride);
     }
     set_count(o, "epochs", s->n_epochs);
     set_count(o, "coalesced", s->n_coalesced);

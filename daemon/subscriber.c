@@ -268,7 +268,7 @@ static void name_streams(char *text, size_t len, const struct dx_subscriber *s)
         *p = *p & (char)0x80 ? '?' : *p;
 }
 
-static int join(struct dx_subscriber *s, struct dx_server_stream *st)
+static int join(struct dx_subscriber *s, struct dx_server_stream *st, unsigned form)
 {
     const struct dx_msg_subscribe *m = &s->asked;
 
@@ -277,12 +277,71 @@ static int join(struct dx_subscriber *s, struct dx_server_stream *st)
         return -ENOMEM;
     s->out.feed = st->options.feed;
     s->view.loop = st->loop;
-    s->view.encoding = (enum dx_encoding)m->encoding;
+    s->view.form = form;
     s->view.lossless = m->mode == DX_MODE_LOSSLESS;
     s->view.region =
         (struct dx_view_region){m->tile_row0, m->tile_col0, m->n_tile_rows, m->n_tile_cols};
     s->view.dropped = dx_sender_dropped;
     return dx_view_join(&s->view);
+}
+
+/* As many as fit. */
+static void name_levels(char *text, size_t len, const struct dx_feed_loop *l)
+{
+    int n = snprintf(text, len, "%d other levels of detail are in use; take one of:", DX_LOD_SLOTS);
+
+    for (unsigned s = 0; s < DX_LOD_SLOTS; s++) {
+        const struct dx_lod_level level = l->level[s];
+
+        if (n > 0 && (size_t)n < len)
+            n += snprintf(text + n, len - (size_t)n, "%s bound %g stride %u", s ? "," : "",
+                          (double)level.bound / DX_LOD_PER_SIGMA, level.stride);
+    }
+}
+
+/* The form that a client asks for; DX_N_FORMS having refused it. */
+static unsigned form_asked(struct dx_subscriber *s, struct dx_server_stream *st)
+{
+    const struct dx_msg_subscribe *m = &s->asked;
+    char text[DX_WIRE_TEXT];
+    unsigned form;
+
+    if (dx_lod_is_whole(m->lod))
+        return m->encoding;
+    if (dx_lod_check(m->lod)) {
+        refuse(s, DX_WIRE_E_PROTOCOL, dx_lod_check(m->lod));
+        return DX_N_FORMS;
+    }
+    if (dx_encoding_has_ranges(m->encoding)) {
+        refuse(s, DX_WIRE_E_ENCODING,
+               "q16 and delta carry whole cells, no level of detail; take f32");
+        return DX_N_FORMS;
+    }
+    form = dx_feed_loop_form(st->loop, m->lod);
+    if (form == DX_N_FORMS) {
+        name_levels(text, sizeof(text), st->loop);
+        refuse(s, DX_WIRE_E_LIMIT, text);
+    }
+    return form;
+}
+
+static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
+{
+    const unsigned form = form_asked(s, st);
+
+    if (form == DX_N_FORMS)
+        return;
+    if (join(s, st, form) < 0) {
+        refuse(s, DX_WIRE_E_LIMIT, "no memory for another subscriber");
+        return;
+    }
+    s->stream = st;
+    s->tell_subscribed = s->tell_state = true;
+    s->phase = DX_SUBSCRIBER_STREAMING;
+    dx_server_count_subscriber(st, 1);
+    dx_log_info("server", "client %llu (pid %d uid %u): subscribed to %s, %s, mode %u",
+                (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid,
+                st->options.name, dx_encoding_name(s->asked.encoding), s->asked.mode);
 }
 
 static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t len)
@@ -302,16 +361,8 @@ static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t le
         refuse(s, DX_WIRE_E_ENCODING, "an encoding that HELLO did not name");
     } else if (s->asked.mode == DX_MODE_LOSSLESS && !st->options.lossless) {
         refuse(s, DX_WIRE_E_MODE, "lossless is only for a replay at rate max");
-    } else if (join(s, st) < 0) {
-        refuse(s, DX_WIRE_E_LIMIT, "no memory for another subscriber");
     } else {
-        s->stream = st;
-        s->tell_subscribed = s->tell_state = true;
-        s->phase = DX_SUBSCRIBER_STREAMING;
-        dx_server_count_subscriber(st, 1);
-        dx_log_info("server", "client %llu (pid %d uid %u): subscribed to %s, %s, mode %u",
-                    (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid,
-                    st->options.name, dx_encoding_name(s->asked.encoding), s->asked.mode);
+        subscribe(s, st);
     }
 }
 

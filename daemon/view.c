@@ -29,8 +29,8 @@ int dx_view_join(struct dx_view *v)
     if (v->next)
         v->next->prev = v;
     l->views = v;
-    l->n_views[v->encoding]++;
-    dx_feed_loop_want(l, v->encoding);
+    l->n_views[v->form]++;
+    dx_feed_loop_want(l, v->form);
     return 0;
 }
 
@@ -47,8 +47,8 @@ void dx_view_leave(struct dx_view *v, uint64_t now_ns)
         l->views = v->next;
     if (v->next)
         v->next->prev = v->prev;
-    if (--l->n_views[v->encoding] == 0)
-        l->unused_since_ns[v->encoding] = now_ns;
+    if (--l->n_views[v->form] == 0)
+        l->unused_since_ns[v->form] = now_ns;
     free(v->dirty);
     free(v->entry);
     v->dirty = NULL;
@@ -59,7 +59,7 @@ bool dx_view_ready(const struct dx_view *v)
 {
     const struct dx_feed_loop *l = v->loop;
 
-    return !v->in_batch && l->has_epoch && l->whole[v->encoding] &&
+    return !v->in_batch && l->has_epoch && l->whole[v->form] &&
            (v->snapshot || v->done_seq != l->seq);
 }
 
@@ -73,7 +73,7 @@ static bool in_region(const struct dx_view *v, uint32_t tile)
 
 static void take(struct dx_view *v, uint32_t tile)
 {
-    uint32_t chunk = v->loop->current[v->encoding][tile];
+    uint32_t chunk = v->loop->current[v->form][tile];
 
     if (!in_region(v, tile))
         return;
@@ -89,7 +89,7 @@ static void take_all(struct dx_view *v)
     uint32_t n_tiles = dx_tiling_n_tiles(&v->loop->tiling);
 
     for (uint32_t t = 0; t < n_tiles; t++)
-        if (v->loop->current[v->encoding][t] != DX_FEED_NONE)
+        if (v->loop->current[v->form][t] != DX_FEED_NONE)
             take(v, t);
 }
 

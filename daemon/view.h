@@ -21,7 +21,7 @@ struct dx_view_region {
 struct dx_view {
     struct dx_feed_loop *loop;
     struct dx_view *next, *prev;
-    enum dx_encoding encoding;
+    unsigned form;
     struct dx_view_region region;
     bool lossless;
     bool snapshot;     /* the next batch brings all tiles */
@@ -47,11 +47,11 @@ struct dx_view {
     void (*dropped)(struct dx_view *v, bool slow);
 };
 
-/* On a zeroed view with loop, encoding, region, lossless and dropped filled in. Errors: -ENOMEM. */
+/* On a zeroed view with loop, form, region, lossless and dropped filled in. Errors: -ENOMEM. */
 int dx_view_join(struct dx_view *v);
 void dx_view_leave(struct dx_view *v, uint64_t now_ns); /* nothing when it has not joined */
 
-/* There is an epoch for it, whole in its encoding, that it has not had. */
+/* There is an epoch for it, whole in its form, that it has not had. */
 bool dx_view_ready(const struct dx_view *v);
 
 /*

@@ -88,6 +88,21 @@ int dx_arg_size(uint32_t *width, uint32_t *height, const struct dx_arg *arg)
     return 0;
 }
 
+int dx_arg_sigmas(double *out, const struct dx_arg *arg)
+{
+    return dx_arg_double(out, arg, 1.0 / DX_LOD_PER_SIGMA,
+                         (double)DX_LOD_MAX_BOUND / DX_LOD_PER_SIGMA, "sigmas");
+}
+
+int dx_arg_stride(unsigned *out, const struct dx_arg *arg)
+{
+    static const char *const strides[] = {"2", "4", "8", "16", "32", "64", NULL};
+    const int k = dx_arg_choice(arg, strides);
+
+    *out = k < 0 ? 0 : 2u << k;
+    return k < 0 ? k : 0;
+}
+
 int dx_arg_triple(double out[3], const struct dx_arg *arg, double min, double max, const char *what)
 {
     const char *p = arg->text;

@@ -7,6 +7,7 @@
 #define DX_ARGS_H
 
 #include "core/grid/fit.h"
+#include "core/grid/lod_level.h"
 #include "core/grid/represent.h"
 #include "core/grid/terrain.h"
 
@@ -42,6 +43,10 @@ int dx_arg_choice(const struct dx_arg *arg, const char *const *choices);
 
 /* The name of a policy (represent.h). 0 or -EINVAL. */
 int dx_arg_keep(enum dx_keep *out, const struct dx_arg *arg);
+
+/* Of a level of detail (core/grid/lod_level.h). 0 or -EINVAL. */
+int dx_arg_sigmas(double *out, const struct dx_arg *arg);
+int dx_arg_stride(unsigned *out, const struct dx_arg *arg);
 
 /* Exactly one argument that is no option: its text; NULL having said why. `what`: "a scan". */
 const char *dx_arg_operand(int argc, char **argv, const char *what);

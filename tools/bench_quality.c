@@ -14,7 +14,7 @@ static const char help[] =
     "usage: dexel bench quality [OPTIONS] [THEME...]\n"
     "Measures the meshes of simulated scans against what the beams really meet.\n\n"
     "  themes: coverage, veil, mixed, dropouts, diagonals, walls, noise, topology, bytes,\n"
-    "          static, smooth (all)\n"
+    "          static, smooth, lod (all)\n"
     "  --seed N     of noise, drop-outs and mixed pixels (1)\n"
     "  --quick      grids of half the rows and columns, under the bars of whole ones\n"
     "  --check      exit status 1 when a bar is not met\n"
@@ -33,15 +33,15 @@ static const struct option options[] = {
     {0},
 };
 
-static const char *const theme_names[] = {"coverage",  "veil",   "mixed",  "dropouts",
-                                          "diagonals", "walls",  "noise",  "topology",
-                                          "bytes",     "static", "smooth", NULL};
+static const char *const theme_names[] = {"coverage",  "veil",   "mixed",  "dropouts", "diagonals",
+                                          "walls",     "noise",  "topology", "bytes",  "static",
+                                          "smooth",    "lod",    NULL};
 
 static dx_quality_theme *const themes[] = {
     dx_quality_theme_coverage, dx_quality_theme_veil,      dx_quality_theme_mixed,
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
     dx_quality_theme_noise,    dx_quality_theme_topology,  dx_quality_theme_bytes,
-    dx_quality_theme_static,   dx_quality_theme_smooth,
+    dx_quality_theme_static,   dx_quality_theme_smooth,    dx_quality_theme_lod,
 };
 
 #define N_THEMES (sizeof(themes) / sizeof(themes[0]))

@@ -20,11 +20,12 @@
 
 static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
-    "       dexel bench rules|update|live|paper|quality ...   (each has its --help)\n"
+    "       dexel bench rules|update|lod|live|paper|quality ...   (each has its --help)\n"
     "Measures terrain mode on a simulated scan: publish, smooth, codes, f32, q16, delta,\n"
     "copy. smooth: what it would add. rules: the codes with each rule; update: a frame where\n"
-    "little has changed; live: a running service at its subscribers; paper: the table of Gopi\n"
-    "and Krishnan (2002); quality: meshes against the truth.\n\n" DX_BENCH_ARGS_HELP;
+    "little has changed; lod: levels of detail; live: a running service at its subscribers;\n"
+    "paper: the table of Gopi and Krishnan (2002); quality: meshes against the "
+    "truth.\n\n" DX_BENCH_ARGS_HELP;
 
 enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
 

@@ -14,6 +14,8 @@ static const char help[] =
     "  --socket PATH         mesh socket ($DEXELD_SOCKET, else /run/dexeld/mesh.sock)\n"
     "  --stream NAME         which stream (the only one)\n"
     "  --encoding f32|q16|delta  how the mesh travels (f32)\n"
+    "  --lod SIGMA           a mesh without samples that are so near to what is left (f32)\n"
+    "  --stride N            in steps of N, 2, 4 .. 64; with --lod at most so far (f32)\n"
     "  --attr, --no-attr     ask for the attribute, where there is one (--attr)\n"
     "  --normals             ask for normals, where there are some\n"
     "  --frames N            stop after N commits\n"
@@ -35,6 +37,8 @@ enum {
     OPT_SOCKET = 256,
     OPT_STREAM,
     OPT_ENCODING,
+    OPT_LOD,
+    OPT_STRIDE,
     OPT_ATTR,
     OPT_NO_ATTR,
     OPT_NORMALS,
@@ -55,6 +59,8 @@ static const struct option options[] = {
     {"socket", required_argument, NULL, OPT_SOCKET},
     {"stream", required_argument, NULL, OPT_STREAM},
     {"encoding", required_argument, NULL, OPT_ENCODING},
+    {"lod", required_argument, NULL, OPT_LOD},
+    {"stride", required_argument, NULL, OPT_STRIDE},
     {"attr", no_argument, NULL, OPT_ATTR},
     {"no-attr", no_argument, NULL, OPT_NO_ATTR},
     {"normals", no_argument, NULL, OPT_NORMALS},
@@ -120,6 +126,12 @@ static int set_option(struct dx_cat_args *cat, int opt, const char *text)
         return 0;
     case OPT_ENCODING:
         return set_encoding(cat, text);
+    case OPT_LOD:
+        return dx_arg_sigmas(&cat->subscribe.lod_sigma,
+                             &(struct dx_arg){"dexel cat", "--lod", text});
+    case OPT_STRIDE:
+        return dx_arg_stride(&cat->subscribe.stride,
+                             &(struct dx_arg){"dexel cat", "--stride", text});
     case OPT_ATTR:
     case OPT_NO_ATTR:
         cat->subscribe.want_attr = opt == OPT_ATTR;

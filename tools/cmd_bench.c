@@ -12,6 +12,7 @@ static const struct {
 } benches[] = {
     {"rules", "dexel bench rules", dx_bench_rules},
     {"update", "dexel bench update", dx_bench_update},
+    {"lod", "dexel bench lod", dx_bench_lod},
     {"live", "dexel bench live", dx_bench_live},
     {"paper", "dexel bench paper", dx_bench_paper},
     {"quality", "dexel bench quality", dx_bench_quality},

@@ -23,6 +23,8 @@ static const char help[] =
     "  --split             each fan of triangles that meet in a point gets a vertex of its own\n"
     "  --encoding f32|q16|delta\n"
     "                      pass the tiles through an encoding of the protocol\n"
+    "  --lod SIGMA         leave out samples within so many sigmas of what is left\n"
+    "  --stride N          leave out samples in steps of N: 2, 4 .. 64; with --lod at most so far\n"
     "  --exact             vertices are the scan's own points, bit for bit (not by q16, delta)\n"
     "  --stats             one JSON object on standard output\n\n" DX_THIN_HELP(
         "--size WxH           ") "\n" DX_TERRAIN_HELP;
@@ -35,6 +37,8 @@ enum {
     OPT_ASCII,
     OPT_SPLIT,
     OPT_ENCODING,
+    OPT_LOD,
+    OPT_STRIDE,
     OPT_EXACT,
     OPT_STATS,
     OPT_SIZE,
@@ -50,6 +54,8 @@ static const struct option options[] = {
     {"ascii", no_argument, NULL, OPT_ASCII},
     {"split", no_argument, NULL, OPT_SPLIT},
     {"encoding", required_argument, NULL, OPT_ENCODING},
+    {"lod", required_argument, NULL, OPT_LOD},
+    {"stride", required_argument, NULL, OPT_STRIDE},
     {"exact", no_argument, NULL, OPT_EXACT},
     {"stats", no_argument, NULL, OPT_STATS},
     {"size", required_argument, NULL, OPT_SIZE},
@@ -63,6 +69,8 @@ struct args {
     struct dx_offline_config config;
     struct dx_out_options write;
     const char *out;
+    double lod_sigmas;
+    unsigned stride;
     bool split, stats;
 };
 
@@ -88,6 +96,10 @@ static int set_value(struct args *a, int opt, const char *text)
         a->config.encoding =
             dx_arg_choice(&(struct dx_arg){"dexel mesh", "--encoding", text}, encodings);
         return a->config.encoding < 0 ? -EINVAL : 0;
+    case OPT_LOD:
+        return dx_arg_sigmas(&a->lod_sigmas, &(struct dx_arg){"dexel mesh", "--lod", text});
+    case OPT_STRIDE:
+        return dx_arg_stride(&a->stride, &(struct dx_arg){"dexel mesh", "--stride", text});
     case OPT_SIZE:
         return dx_thin_args_size(&a->config.thin, &(struct dx_arg){"dexel mesh", "--size", text});
     case OPT_KEEP:
@@ -154,8 +166,17 @@ static int parse(struct args *a, int argc, char **argv)
         if (set_option(a, opt, optarg) < 0)
             return -EINVAL;
     }
+    dx_lod_level_set(&a->config.lod, a->lod_sigmas, a->stride);
+    a->config.lod_stats = a->stats;
     a->config.path = dx_arg_operand(argc, argv, "a scan");
     return a->config.path ? check(a) : -EINVAL;
+}
+
+static json_t *lod_json(const struct dx_lod_stats *s)
+{
+    return json_pack("{s:I, s:I, s:f, s:f, s:I}", "whole_triangles", (json_int_t)s->whole,
+                     "left_out", (json_int_t)s->left_out, "max_sigma", s->max_sigma, "rms_sigma",
+                     s->rms_sigma, "cracks", (json_int_t)s->cracks);
 }
 
 static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, double seconds)
@@ -185,6 +206,8 @@ static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, d
     json_object_set_new(j, "valid", json_real(o->fit.valid));
     json_object_set_new(j, "frame", json_integer((json_int_t)o->frame));
     json_object_set_new(j, "ns_per_dexel", json_real(o->mesh_s * 1e9 / n_dexels));
+    if (o->lod.triangles)
+        json_object_set_new(j, "lod", lod_json(&o->lod));
     return dx_json_print(j, "dexel mesh");
 }
 

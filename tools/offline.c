@@ -1,6 +1,7 @@
 /* A frame sink in memory, and the loop that feeds it. */
 #include "tools/offline.h"
 
+#include "core/grid/lod.h"
 #include "core/wire/chunk.h"
 #include "drivers/file/file.h"
 #include "tools/now.h"
@@ -133,7 +134,10 @@ static int decode_file(struct sink *s, struct dx_offline *o, const struct dx_off
 
 struct scratch {
     struct dx_tile tile;
-    struct dx_tile_mesh mesh;
+    struct dx_tile_mesh mesh, whole;
+    struct dx_lod *lod; /* NULL: the whole mesh */
+    struct dx_lod_level level;
+    struct dx_lod_scratch *cut;
     uint8_t *body; /* a chunk of any encoding */
 };
 
@@ -152,7 +156,9 @@ static int build_tile(struct scratch *x, const struct dx_terrain *t, int encodin
         len = dx_chunk_put_delta(x->body, &x->tile);
         break;
     default:
-        dx_tile_mesh_build(&x->mesh, &x->tile, tiling, g);
+        dx_tile_mesh_build(x->lod ? &x->whole : &x->mesh, &x->tile, tiling, g);
+        if (x->lod)
+            dx_lod_mesh(&x->mesh, x->lod, x->level, &x->tile, &x->whole, x->cut);
         if (encoding == DX_OFFLINE_PLAIN)
             return 0;
         len = dx_chunk_put_f32(x->body, &x->mesh);
@@ -162,29 +168,76 @@ static int build_tile(struct scratch *x, const struct dx_terrain *t, int encodin
     return dx_chunk_get(&x->mesh, x->body, len, tiling, g);
 }
 
-static int store_tiles(struct dx_offline *o, const struct dx_terrain *t, int encoding)
+static void scratch_free(struct scratch *x)
 {
+    if (!x)
+        return;
+    dx_lod_scratch_free(x->cut);
+    dx_lod_free(x->lod);
+    free(x->body);
+    free(x);
+}
+
+static struct scratch *scratch_new(const struct dx_terrain *t, const struct dx_offline_config *c,
+                                   struct dx_pool *pool)
+{
+    const struct dx_lod_level levels[DX_LOD_SLOTS] = {c->lod};
+    const int encoding = c->encoding < 0 ? DX_ENCODING_F32 : c->encoding;
     struct scratch *x = calloc(1, sizeof(*x));
-    int rc = 0;
+    bool ok = x;
 
     if (!x)
-        return -ENOMEM;
-    x->body = malloc(dx_chunk_max_len(encoding < 0 ? DX_ENCODING_F32 : (enum dx_encoding)encoding));
-    if (!x->body)
-        rc = -ENOMEM;
+        return NULL;
+    x->level = c->lod;
+    x->body = malloc(dx_chunk_max_len((enum dx_encoding)encoding));
+    x->cut = dx_lod_scratch_new();
+    if (!dx_lod_is_whole(c->lod))
+        ok = dx_lod_new(&x->lod, t, pool) == 0;
+    if (!ok || !x->body || !x->cut) {
+        scratch_free(x);
+        return NULL;
+    }
+    if (x->lod)
+        dx_lod_update(x->lod, levels, pool);
+    return x;
+}
+
+static int store_tiles(struct dx_offline *o, const struct dx_terrain *t,
+                       const struct dx_offline_config *c, struct dx_pool *pool)
+{
+    struct scratch *x = scratch_new(t, c, pool);
+    int rc = x ? 0 : -ENOMEM;
+
     for (uint32_t n = 0; rc == 0 && n < dx_tiling_n_tiles(dx_terrain_tiling(t)); n++) {
         if (!dx_terrain_tile(t, n, &x->tile))
             continue;
-        rc = build_tile(x, t, encoding);
+        rc = build_tile(x, t, c->encoding);
         if (rc == 0)
             rc = dx_mesh_store_set_mesh(o->mesh, &x->mesh);
     }
     dx_mesh_store_set_caps(o->mesh, dx_terrain_caps(t) & DX_CAP_FIRST,
                            dx_terrain_caps(t) & DX_CAP_LAST, o->geometry->flip);
     dx_mesh_store_commit(o->mesh);
-    free(x->body);
-    free(x);
+    scratch_free(x);
     return rc;
+}
+
+static int check_encoding(const struct dx_plane *plane, const struct dx_offline_config *c,
+                          struct dx_err *err)
+{
+    const bool of_ranges = c->encoding == DX_ENCODING_Q16 || c->encoding == DX_ENCODING_DELTA;
+
+    if (c->encoding == DX_ENCODING_Q16 && plane->range_bytes != 2)
+        return dx_err_set(err, -EINVAL,
+                          "%s: q16 needs ranges of 16 bits, found 32; a coarser unit helps",
+                          c->path);
+    if (c->exact && of_ranges)
+        return dx_err_set(err, -EINVAL, "%s: %s carries ranges, found exact points; take f32",
+                          c->path, c->encoding == DX_ENCODING_Q16 ? "q16" : "delta");
+    if (!dx_lod_is_whole(c->lod) && of_ranges)
+        return dx_err_set(err, -EINVAL, "%s: %s carries whole cells, no level of detail; take f32",
+                          c->path, c->encoding == DX_ENCODING_Q16 ? "q16" : "delta");
+    return 0;
 }
 
 static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct dx_offline_config *c,
@@ -198,13 +251,9 @@ static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct d
     o->geometry = dx_geometry_ref((struct dx_geometry *)dx_terrain_geometry(s->terrain));
     o->attr_bytes = plane->attr_bytes;
     o->frame = s->n_frames - 1;
-    if (c->encoding == DX_ENCODING_Q16 && plane->range_bytes != 2)
-        return dx_err_set(err, -EINVAL,
-                          "%s: q16 needs ranges of 16 bits, found 32; a coarser unit helps",
-                          c->path);
-    if (c->exact && (c->encoding == DX_ENCODING_Q16 || c->encoding == DX_ENCODING_DELTA))
-        return dx_err_set(err, -EINVAL, "%s: %s carries ranges, found exact points; take f32",
-                          c->path, c->encoding == DX_ENCODING_Q16 ? "q16" : "delta");
+    rc = check_encoding(plane, c, err);
+    if (rc < 0)
+        return rc;
     rc = dx_pool_new(&pool, c->n_threads);
     if (rc < 0)
         return dx_err_set(err, rc, "%u threads: %s", c->n_threads, strerror(-rc));
@@ -212,10 +261,12 @@ static int mesh_frame(struct dx_offline *o, const struct sink *s, const struct d
     dx_terrain_commit(s->terrain, pool);
     o->mesh_s = dx_seconds_since(start);
     o->params = *dx_terrain_params(s->terrain);
-    dx_pool_free(pool);
     rc = dx_mesh_store_new(&o->mesh, plane->height, plane->width, o->geometry->wrap, o->attr_bytes);
     if (rc == 0)
-        rc = store_tiles(o, s->terrain, c->encoding);
+        rc = store_tiles(o, s->terrain, c, pool);
+    dx_pool_free(pool);
+    if (rc == 0 && c->lod_stats && !dx_lod_is_whole(c->lod))
+        rc = dx_lod_stats_compute(&o->lod, s->terrain, c->lod);
     return rc < 0 ? dx_err_set(err, rc, "%s: the mesh: %s", c->path, strerror(-rc)) : 0;
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/base/err.h"
 #include "tools/args.h"
+#include "tools/lod_stats.h"
 #include "tools/mesh_store.h"
 
 #define DX_OFFLINE_LAST  UINT64_MAX /* frame: the last one */
@@ -20,7 +21,9 @@ struct dx_offline_config {
     bool exact;         /* vertices are the file's own points */
     uint64_t frame;     /* which frame of a sequence, from 0, or DX_OFFLINE_LAST */
     unsigned n_threads; /* 0: one a processor */
-    int encoding;       /* enum dx_encoding that tiles pass through, or DX_OFFLINE_PLAIN */
+    struct dx_lod_level lod;
+    bool lod_stats; /* fill struct dx_offline's */
+    int encoding;   /* enum dx_encoding that tiles pass through, or DX_OFFLINE_PLAIN */
 };
 
 struct dx_offline {
@@ -29,8 +32,9 @@ struct dx_offline {
     struct dx_terrain_params params; /* in force: sigma is the estimate */
     struct dx_fit_report fit;
     uint8_t attr_bytes;
-    uint64_t frame; /* the one meshed */
-    double mesh_s;  /* computing its tiles */
+    uint64_t frame;          /* the one meshed */
+    double mesh_s;           /* computing its tiles */
+    struct dx_lod_stats lod; /* when a level was asked for, and its statistics */
 };
 
 /* Errors: -errno with text (a corrupt frame, no such frame, ranges that q16 cannot carry, exact

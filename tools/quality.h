@@ -111,7 +111,7 @@ typedef int dx_quality_theme(struct dx_quality_run *run);
 dx_quality_theme dx_quality_theme_coverage, dx_quality_theme_veil, dx_quality_theme_mixed,
     dx_quality_theme_dropouts, dx_quality_theme_diagonals, dx_quality_theme_walls,
     dx_quality_theme_noise, dx_quality_theme_topology, dx_quality_theme_bytes,
-    dx_quality_theme_static, dx_quality_theme_smooth;
+    dx_quality_theme_static, dx_quality_theme_smooth, dx_quality_theme_lod;
 
 /* A scene as the themes' tables name it; half the size when the run is quick. */
 struct dx_quality_scan {

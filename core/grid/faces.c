@@ -55,6 +55,15 @@ static bool faces_scanner(const struct dx_geometry *g, double d[3][3], double di
     return det > 0 && det * det > distance * distance * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 }
 
+bool dx_faces_triangle(const struct dx_geometry *g, const uint32_t at[3][2])
+{
+    double d[3][3];
+
+    for (int k = 0; k < 3; k++)
+        dx_geometry_direction(g, at[k][0], at[k][1], d[k]);
+    return faces_scanner(g, d, LEAST_DISTANCE);
+}
+
 /* False only for a triangle of dexels of the grid that looks away. */
 static bool triangle_faces(const struct dx_geometry *g, const struct dx_strut_corner corner[3],
                            uint32_t i, uint32_t j)

@@ -10,14 +10,14 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-void dx_lines_direction(const struct dx_geometry *g, uint32_t i, uint32_t j, double d[3])
+void dx_lines_direction(const struct dx_geometry *g, uint32_t row, uint32_t col, double d[3])
 {
     if (g->model == DX_MODEL_PINHOLE) {
-        d[0] = (double)g->table[j];
-        d[1] = (double)g->table[(size_t)g->width + i];
+        d[0] = (double)g->table[col];
+        d[1] = (double)g->table[(size_t)g->width + row];
         d[2] = 1;
     } else {
-        dx_geometry_direction(g, i, j, d);
+        dx_geometry_direction(g, row, col, d);
     }
 }
 

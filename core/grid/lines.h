@@ -9,6 +9,9 @@
 
 #include "core/grid/gates.h"
 
+/* What inverse range is linear in: the direction, or (X, Y, 1) of a pinhole. */
+void dx_lines_direction(const struct dx_geometry *g, uint32_t row, uint32_t col, double d[3]);
+
 /* Weights of the lines of direction e: [i] those of column 1, or per_dexel [i * width + j]. */
 void dx_lines_fill(struct dx_line *line, const struct dx_geometry *g, enum dx_edge e,
                    bool per_dexel);

@@ -143,12 +143,13 @@ void dx_msg_subscribe_put(struct dx_writer *w, const struct dx_msg_subscribe *m)
     dx_write_u8(w, m->encoding);
     dx_write_u8(w, m->mode);
     dx_write_u8(w, m->want);
-    dx_write_u8(w, 0);
+    dx_write_u8(w, m->lod.stride);
     dx_write_u32(w, m->min_interval_ms);
     dx_write_u16(w, m->tile_row0);
     dx_write_u16(w, m->tile_col0);
     dx_write_u16(w, m->n_tile_rows);
     dx_write_u16(w, m->n_tile_cols);
+    dx_write_u16(w, m->lod.bound);
     put_text(w, m->stream, sizeof(m->stream));
 }
 
@@ -159,12 +160,13 @@ int dx_msg_subscribe_get(struct dx_msg_subscribe *m, const uint8_t *body, size_t
     m->encoding = dx_read_u8(&r);
     m->mode = dx_read_u8(&r);
     m->want = dx_read_u8(&r);
-    dx_read_u8(&r);
+    m->lod.stride = dx_read_u8(&r);
     m->min_interval_ms = dx_read_u32(&r);
     m->tile_row0 = dx_read_u16(&r);
     m->tile_col0 = dx_read_u16(&r);
     m->n_tile_rows = dx_read_u16(&r);
     m->n_tile_cols = dx_read_u16(&r);
+    m->lod.bound = dx_read_u16(&r);
     get_name(&r, m->stream);
     return end(&r, m->encoding < DX_N_ENCODINGS && m->mode <= DX_MODE_LOSSLESS &&
                        m->want <= (DX_WANT_ATTR | DX_WANT_NORMALS) &&
@@ -175,7 +177,7 @@ void dx_msg_subscribed_put(struct dx_writer *w, const struct dx_msg_subscribed *
 {
     const uint8_t bytes[12] = {m->encoding, m->mode,    m->attr_bytes,  m->model,
                                m->wrap,     m->flip,    m->range_bytes, m->diag,
-                               m->paper,    m->normals, m->smooth};
+                                m->paper,    m->normals, m->smooth,      m->lod.stride};
 
     dx_write_bytes(w, bytes, sizeof(bytes));
     dx_write_u32(w, m->height);
@@ -191,6 +193,7 @@ void dx_msg_subscribed_put(struct dx_writer *w, const struct dx_msg_subscribed *
     dx_write_f64(w, m->tilt_deg);
     dx_write_f64(w, m->noise_k);
     dx_write_f64(w, m->cap_m);
+    dx_write_u16(w, m->lod.bound);
     put_text(w, m->stream, sizeof(m->stream));
 }
 
@@ -228,20 +231,20 @@ static bool subscribed_ok(const struct dx_msg_subscribed *m)
     return m->encoding < DX_N_ENCODINGS && m->mode <= DX_MODE_LOSSLESS && m->attr_bytes <= 2 &&
            m->model >= DX_MODEL_SPINNING && m->model <= DX_MODEL_TABLE && m->wrap <= 1 &&
            m->flip <= 1 && (m->range_bytes == 2 || m->range_bytes == 4) && m->diag <= 2 &&
-           m->paper <= 1 && m->normals <= 1 && m->smooth <= 1 && subscribed_sizes_ok(m) &&
-           subscribed_numbers_ok(m);
+           m->paper <= 1 && m->normals <= 1 && m->smooth <= 1 && !dx_lod_check(m->lod) &&
+           (dx_lod_is_whole(m->lod) || !dx_encoding_has_ranges(m->encoding)) &&
+           subscribed_sizes_ok(m) && subscribed_numbers_ok(m);
 }
 
 int dx_msg_subscribed_get(struct dx_msg_subscribed *m, const uint8_t *body, size_t len)
 {
     struct dx_reader r = dx_reader_init(body, len);
-    uint8_t *bytes[11] = {&m->encoding, &m->mode,    &m->attr_bytes,  &m->model,
+    uint8_t *bytes[12] = {&m->encoding, &m->mode,    &m->attr_bytes,  &m->model,
                           &m->wrap,     &m->flip,    &m->range_bytes, &m->diag,
-                          &m->paper,    &m->normals, &m->smooth};
+                          &m->paper,    &m->normals, &m->smooth,      &m->lod.stride};
 
-    for (int i = 0; i < 11; i++)
+    for (int i = 0; i < 12; i++)
         *bytes[i] = dx_read_u8(&r);
-    dx_read_u8(&r);
     m->height = dx_read_u32(&r);
     m->width = dx_read_u32(&r);
     m->tile_rows = dx_read_u16(&r);
@@ -255,6 +258,7 @@ int dx_msg_subscribed_get(struct dx_msg_subscribed *m, const uint8_t *body, size
     m->tilt_deg = dx_read_f64(&r);
     m->noise_k = dx_read_f64(&r);
     m->cap_m = dx_read_f64(&r);
+    m->lod.bound = dx_read_u16(&r);
     get_name(&r, m->stream);
     return end(&r, subscribed_ok(m));
 }

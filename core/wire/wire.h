@@ -8,10 +8,11 @@
 
 #include "core/base/bytes.h"
 #include "core/grid/geometry.h"
+#include "core/grid/lod_level.h"
 
 #define DX_WIRE_MAGIC 0x4c584544u /* "DEXL" */
 #define DX_WIRE_MAJOR 0
-#define DX_WIRE_MINOR 2
+#define DX_WIRE_MINOR 3
 
 /* u32 length (of the body) | u16 type | u16 flags | u32 stream | u32 seq | u64 epoch */
 #define DX_WIRE_HEADER_LEN      24
@@ -116,6 +117,7 @@ struct dx_msg_subscribe {
     uint8_t want; /* DX_WANT_*: sections, where the stream has them */
     uint32_t min_interval_ms;
     uint16_t tile_row0, tile_col0, n_tile_rows, n_tile_cols; /* region; 0 rows and cols = all */
+    struct dx_lod_level lod; /* not checked by get: what is wrong is told in words */
 };
 
 struct dx_msg_subscribed {
@@ -132,6 +134,7 @@ struct dx_msg_subscribed {
     uint32_t table_bytes; /* GEOMETRY follows in pieces when not 0 (q16, delta) */
     double sigma[3], tilt_deg, noise_k, cap_m;
     uint8_t diag, paper;
+    struct dx_lod_level lod;
 };
 
 struct dx_msg_geometry {    /* a piece of the tables, f32 bits */

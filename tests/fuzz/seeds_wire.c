@@ -143,7 +143,8 @@ static void save_bodies(void)
         [DX_MSG_WELCOME] = WELCOME,   [DX_MSG_ERROR] = ERROR,   [DX_MSG_SUBSCRIBED] = SUBSCRIBED,
         [DX_MSG_GEOMETRY] = GEOMETRY, [DX_MSG_COMMIT] = COMMIT, [DX_MSG_RESET] = RESET,
         [DX_MSG_STREAM_STATE] = STATE};
-    const struct dx_msg_subscribe subscribe = {.stream = "roof", .encoding = 2, .want = 3};
+    const struct dx_msg_subscribe subscribe = {
+        .stream = "roof", .encoding = 0, .want = 3, .lod = {64, 32}};
     const struct dx_msg_hello hello = {.minor = DX_WIRE_MINOR, .encodings = 7};
     struct script s = {0};
     struct dx_wire_header h;

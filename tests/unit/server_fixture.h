@@ -142,7 +142,7 @@ struct mesher {
     uint64_t epoch, frame;
     uint32_t grid;
     bool announced;
-    uint32_t served[DX_N_ENCODINGS];
+    uint32_t served[DX_N_FORMS];
 };
 
 static inline bool mesher_add(struct mesher *m, uint64_t frame, const uint32_t *generation)
@@ -152,16 +152,17 @@ static inline bool mesher_add(struct mesher *m, uint64_t frame, const uint32_t *
     uint32_t n_tiles = fixture_n_tiles(m->grid);
 
     dx_feed_begin(fx->feed, m->epoch + 1, generation);
-    for (uint32_t k = 0; k < DX_N_ENCODINGS * n_tiles; k++) {
+    for (uint32_t k = 0; k < DX_N_FORMS * n_tiles; k++) {
         uint32_t e = k / n_tiles, t = k % n_tiles;
         uint64_t version = fixture_version(frame, t);
 
         if (!generation[e] ||
             (generation[e] == m->served[e] && version == fixture_version(m->frame, t)))
             continue;
-        if (!dx_feed_add(fx->feed, t, (enum dx_encoding)e, body,
-                         fixture_body(body, version, e, fixture_grid(m->grid)->cols, t,
-                                      fx->body_len, fixture_sections(fx))))
+        if (!dx_feed_add(fx->feed, t, e, body,
+                         fixture_body(body, version, dx_form_encoding(e),
+                                      fixture_grid(m->grid)->cols, t, fx->body_len,
+                                      fixture_sections(fx))))
             return false;
     }
     return true;
@@ -172,12 +173,12 @@ static inline bool mesher_publish(struct mesher *m)
 {
     const struct dx_passage passage = {1000000, 2000000, 4000000, 8000000, 16000000};
     struct fixture *fx = m->fx;
-    uint32_t generation[DX_N_ENCODINGS];
+    uint32_t generation[DX_N_FORMS];
     uint64_t frame = m->frame, target = atomic_load(&fx->target);
     bool unserved = false;
 
     dx_feed_wanted(fx->feed, generation);
-    for (int e = 0; e < DX_N_ENCODINGS; e++)
+    for (int e = 0; e < DX_N_FORMS; e++)
         unserved |= generation[e] && generation[e] != m->served[e];
     if (frame < target && (!fx->lossless || dx_feed_lossless_epoch(fx->feed) >= m->epoch))
         frame++;

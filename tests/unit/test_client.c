@@ -176,14 +176,14 @@ static void test_what_the_client_says(void **state)
     (void)state;
     open_session(&s, options, &callbacks);
     n = recv(s.server, bytes, sizeof(bytes), 0);
-    assert_int_equal(n, 24 + 16 + 24 + 22);
+    assert_int_equal(n, 24 + 16 + 24 + 24);
     dx_wire_get_header(&h, bytes);
     assert_true(h.type == DX_MSG_HELLO && h.seq == 0 && h.stream == DX_WIRE_NO_STREAM);
     assert_int_equal(dx_msg_hello_get(&hello, bytes + 24, 16), 0);
     assert_int_equal(hello.encodings, 7);
     dx_wire_get_header(&h, bytes + 40);
-    assert_true(h.type == DX_MSG_SUBSCRIBE && h.seq == 1 && h.length == 22);
-    assert_int_equal(dx_msg_subscribe_get(&m, bytes + 64, 22), 0);
+    assert_true(h.type == DX_MSG_SUBSCRIBE && h.seq == 1 && h.length == 24);
+    assert_int_equal(dx_msg_subscribe_get(&m, bytes + 64, 24), 0);
     assert_string_equal(m.stream, "roof");
     assert_true(m.encoding == 1 && m.mode == 1 && m.want == 3 && m.min_interval_ms == 40);
     assert_true(m.tile_row0 == 1 && m.tile_col0 == 2 && m.n_tile_rows == 3 && m.n_tile_cols == 4);

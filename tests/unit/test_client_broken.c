@@ -198,7 +198,7 @@ static void test_broken_servers(void **state)
 {
     (void)state;
     refuse_case("wrong magic", say_wrong_magic, "not a WELCOME");
-    refuse_case("another version", say_another_version, "expected 0.2");
+    refuse_case("another version", say_another_version, "expected 0.3");
     refuse_case("http", say_http, "at most 1024");
     refuse_case("oversized", say_oversized, "262145");
     refuse_case("greedy welcome", say_greedy_welcome, "not a WELCOME");

@@ -17,10 +17,13 @@
 #include "daemon/view.h"
 #include "tests/unit/feed_body.h"
 
-#define MAX_TILES    10
-#define MAX_CLIENTS  9
-#define HISTORY      64 /* epochs; more than can be published and not adopted */
-#define FRAME_BLOCKS (MAX_TILES * 4 * DX_N_ENCODINGS)
+#define MAX_TILES   10
+#define MAX_CLIENTS 9
+#define HISTORY     64 /* epochs; more than can be published and not adopted */
+/* Forms of which clients want one: f32 and two levels of detail, 0, 3 and 6. */
+#define N_USED       3
+#define USED(n)      ((n) * (DX_N_FORMS - 1) / (N_USED - 1))
+#define FRAME_BLOCKS (MAX_TILES * 4 * N_USED)
 
 struct mesh {
     uint32_t n_tiles;
@@ -51,10 +54,10 @@ struct model {
     struct mesh history[HISTORY];
     bool for_nobody[HISTORY]; /* no lossless client was there when the epoch began */
     uint64_t epoch;           /* last committed */
-    uint32_t served[DX_N_ENCODINGS], generation[DX_N_ENCODINGS];
-    bool unsent[DX_N_ENCODINGS][MAX_TILES];
+    uint32_t served[DX_N_FORMS], generation[DX_N_FORMS];
+    bool unsent[DX_N_FORMS][MAX_TILES];
     bool open, waiting, kicked; /* waiting: aborted, not kicked yet */
-    uint32_t cursor;            /* over encodings and tiles */
+    uint32_t cursor;            /* over forms and tiles */
 
     uint32_t poisoned; /* home ring position */
     struct client client[MAX_CLIENTS];
@@ -119,7 +122,7 @@ static void poison_home(struct model *m)
 static void set_tile(struct model *m, uint32_t tile)
 {
     m->truth.version[tile] = below(m, 4) ? ++m->next_version : 0;
-    for (int e = 0; e < DX_N_ENCODINGS; e++)
+    for (int e = 0; e < DX_N_FORMS; e++)
         m->unsent[e][tile] = true;
 }
 
@@ -142,14 +145,14 @@ static void mesher_reset(struct model *m)
 
 static bool mesher_may_begin(struct model *m)
 {
-    uint32_t generation[DX_N_ENCODINGS];
+    uint32_t generation[DX_N_FORMS];
 
     if (m->waiting || m->truth.n_tiles == 0)
         return false;
     dx_feed_wanted(m->feed, generation);
-    for (int e = 0; e < DX_N_ENCODINGS; e++)
+    for (int e = 0; e < DX_N_FORMS; e++)
         if (generation[e] && generation[e] != m->served[e])
-            return true; /* someone waits for an encoding: also when the stream waits */
+            return true; /* someone waits for a form: also when the stream waits */
     return dx_feed_lossless_epoch(m->feed) >= m->epoch || !m->lossless;
 }
 
@@ -175,7 +178,7 @@ static void mesher_commit(struct model *m)
     m->epoch++;
     m->history[m->epoch % HISTORY] = m->truth;
     m->for_nobody[m->epoch % HISTORY] = m->nobody;
-    for (int e = 0; e < DX_N_ENCODINGS; e++) {
+    for (int e = 0; e < DX_N_FORMS; e++) {
         m->served[e] = m->generation[e];
         memset(m->unsent[e], 0, sizeof(m->unsent[e]));
     }
@@ -187,7 +190,7 @@ static void mesher_commit(struct model *m)
 /* What every mesher does when kicked, whether or not it has anything new. */
 static void mesher_look(struct model *m)
 {
-    uint32_t generation[DX_N_ENCODINGS];
+    uint32_t generation[DX_N_FORMS];
 
     if (!m->kicked || m->open)
         return;
@@ -197,7 +200,7 @@ static void mesher_look(struct model *m)
 
 static void mesher_step(struct model *m)
 {
-    uint32_t e = m->cursor / MAX_TILES, tile = m->cursor % MAX_TILES;
+    uint32_t e = USED(m->cursor / MAX_TILES), tile = m->cursor % MAX_TILES;
     uint64_t version = tile < MAX_TILES ? m->truth.version[tile] : 0;
     uint8_t body[FEED_BODY_MAX];
 
@@ -210,7 +213,7 @@ static void mesher_step(struct model *m)
             mesher_begin(m);
         return;
     }
-    if (e == DX_N_ENCODINGS) {
+    if (m->cursor == N_USED * MAX_TILES) {
         mesher_commit(m);
         return;
     }
@@ -220,7 +223,7 @@ static void mesher_step(struct model *m)
     /* a new generation: every tile, but an empty one need not be told */
     if (m->served[e] == m->generation[e] ? !m->unsent[e][tile] : version == 0)
         return;
-    if (dx_feed_add(m->feed, tile, (enum dx_encoding)e, body, feed_body_make(body, version)))
+    if (dx_feed_add(m->feed, tile, e, body, feed_body_make(body, version)))
         return;
     m->waiting = true; /* before: the kick may come at once */
     seen.n_short++;
@@ -235,7 +238,7 @@ static void client_join(struct model *m, struct client *c)
 {
     memset(c, 0, sizeof(*c));
     c->view = (struct dx_view){.loop = m->loop, .dropped = on_dropped};
-    c->view.encoding = (enum dx_encoding)below(m, DX_N_ENCODINGS);
+    c->view.form = USED(below(m, N_USED));
     c->view.lossless = m->lossless && below(m, 2);
     if (below(m, 3) == 0)
         c->view.region = (struct dx_view_region){below(m, 2), below(m, 3), 1, 1 + below(m, 2)};
@@ -345,7 +348,7 @@ static void step(struct model *m)
     uint32_t what = below(m, 10);
 
     m->now_ns += below(m, 40000000);
-    if (below(m, 500) == 0) { /* all go: encodings are no longer wanted */
+    if (below(m, 500) == 0) { /* all go: forms are no longer wanted */
         for (uint32_t k = 0; k < MAX_CLIENTS; k++)
             if (m->client[k].joined)
                 client_leave(m, &m->client[k]);
@@ -398,7 +401,7 @@ static void settle(struct model *m)
 
 static void check_home(struct model *m)
 {
-    uint32_t generation[DX_N_ENCODINGS];
+    uint32_t generation[DX_N_FORMS];
 
     for (uint32_t k = 0; k < MAX_CLIENTS; k++)
         if (m->client[k].joined)
@@ -425,7 +428,7 @@ static void run(uint64_t seed, uint32_t n_steps)
     m->now_ns = 1000000000;
     /* Two frames of the longest bodies always fit, or a mesher could starve for good. Bodies are
      * mostly one block, so it is the number of chunks that runs short. */
-    n_chunks = MAX_TILES * DX_N_ENCODINGS * 2 + below(m, MAX_TILES);
+    n_chunks = MAX_TILES * N_USED * 2 + below(m, MAX_TILES);
     n_blocks = 2 * FRAME_BLOCKS + below(m, FRAME_BLOCKS);
     assert_int_equal(dx_feed_new_sized(&m->feed, MAX_TILES, n_blocks, n_chunks,
                                        m->lossless ? 16 : 3 + below(m, 8), -1, on_kick, m),

@@ -55,14 +55,14 @@ static bool add_all(struct dx_feed *f, uint64_t epoch, uint64_t sent, const uint
     uint8_t body[FEED_BODY_MAX];
 
     dx_feed_begin(f, epoch, generation);
-    for (uint32_t k = 0; k < DX_N_ENCODINGS * N_TILES; k++) {
-        uint32_t e = k / N_TILES, tile = k % N_TILES;
+    for (uint32_t k = 0; k < 3 * N_TILES; k++) {
+        uint32_t e = 3 * (k / N_TILES), tile = k % N_TILES;
         uint64_t version = version_of(epoch, tile);
         bool all = generation[e] != served[e];
 
         if (!generation[e] || (!all && version_of(sent, tile) == version))
             continue;
-        if (!dx_feed_add(f, tile, (enum dx_encoding)e, body, feed_body_make(body, version)))
+        if (!dx_feed_add(f, tile, e, body, feed_body_make(body, version)))
             return false;
     }
     return true;
@@ -71,7 +71,7 @@ static bool add_all(struct dx_feed *f, uint64_t epoch, uint64_t sent, const uint
 static void *mesher(void *arg)
 {
     struct shared *s = arg;
-    uint32_t generation[DX_N_ENCODINGS], served[DX_N_ENCODINGS] = {0};
+    uint32_t generation[DX_N_FORMS], served[DX_N_FORMS] = {0};
     uint64_t sent = 0;
 
     while (sent < N_EPOCHS) {
@@ -146,14 +146,14 @@ static void loop(struct shared *s, struct dx_feed_loop *l, struct client *c)
             serve(&c[k], now, 1 + dx_rng_below(&rng, k < 3 ? 2 : 2 * N_TILES));
         dx_feed_loop_settle(l);
         now += 10000000;
-        if (dx_rng_below(&rng, 50) == 0) { /* one leaves, one comes; encodings come and go */
+        if (dx_rng_below(&rng, 50) == 0) { /* one leaves, one comes; forms come and go */
             struct client *one = &c[dx_rng_below(&rng, N_CLIENTS)];
 
             dx_view_leave(&one->view, now);
             dx_feed_loop_expire(l, now + DX_FEED_LINGER_NS);
             memset(one->held, 0, sizeof(one->held));
             one->view = (struct dx_view){.loop = l, .dropped = on_dropped};
-            one->view.encoding = (enum dx_encoding)dx_rng_below(&rng, DX_N_ENCODINGS);
+            one->view.form = 3 * dx_rng_below(&rng, 3); /* f32, two levels of detail */
             assert_int_equal(dx_view_join(&one->view), 0);
         }
     }
@@ -166,7 +166,7 @@ static void test_threads(void **state)
     struct shared s = {0};
     struct dx_feed_loop *l;
     struct dx_geometry *g;
-    uint32_t generation[DX_N_ENCODINGS];
+    uint32_t generation[DX_N_FORMS];
     pthread_t thread;
 
     (void)state;
@@ -179,7 +179,7 @@ static void test_threads(void **state)
     dx_feed_reset(s.feed, g, &params, 0, "start");
     dx_geometry_unref(g);
     for (uint32_t k = 0; k < N_CLIENTS; k++) {
-        c[k].view = (struct dx_view){.loop = l, .dropped = on_dropped, .encoding = k % 2};
+        c[k].view = (struct dx_view){.loop = l, .dropped = on_dropped, .form = 3 * (k % 2)};
         assert_int_equal(dx_view_join(&c[k].view), 0);
     }
     assert_int_equal(pthread_create(&thread, NULL, mesher, &s), 0);

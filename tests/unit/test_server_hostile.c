@@ -41,6 +41,48 @@ static void test_refusals(void **state)
     fixture_stop(fx);
 }
 
+/* Levels of detail that there are not, in words; and one more than there is room for. */
+static void test_levels_refused(void **state)
+{
+    struct fixture *fx = fixture_start(NULL);
+    struct client *held[DX_LOD_SLOTS], *c;
+
+    (void)state;
+    client_expect_error(client_start(fx, &(struct dx_msg_subscribe){.lod = {.bound = 65535}}),
+                        DX_WIRE_E_PROTOCOL);
+    c = client_start(fx, &(struct dx_msg_subscribe){.lod = {.stride = 5}});
+    client_until(c, DX_MSG_ERROR);
+    assert_non_null(strstr(c->error.text, "stride is 2, 4"));
+    client_close(c);
+    client_expect_error(client_start(fx, &(struct dx_msg_subscribe){.encoding = DX_ENCODING_DELTA,
+                                                                    .lod = {.bound = 16}}),
+                        DX_WIRE_E_ENCODING);
+    for (uint16_t k = 0; k < DX_LOD_SLOTS; k++) {
+        held[k] = client_start(fx, &(struct dx_msg_subscribe){.lod = {.bound = (uint16_t)(k + 1)}});
+        client_until_frame(held[k], 3);
+    }
+    c = client_start(fx, &(struct dx_msg_subscribe){.lod = {.stride = 8}});
+    client_until(c, DX_MSG_ERROR);
+    assert_int_equal(c->error.code, DX_WIRE_E_LIMIT);
+    assert_non_null(strstr(c->error.text, "bound 0.0625 stride 0"));
+    client_close(c);
+    /* who comes to one of them is welcome; so is a new one where one has left */
+    c = client_start(fx, &(struct dx_msg_subscribe){.lod = {.bound = 2}});
+    client_until_frame(c, 3);
+    assert_int_equal(c->told.lod.bound, 2);
+    client_close(c);
+    client_send(held[2], DX_MSG_NEXT, NULL, 0); /* ends it, and says when it has */
+    client_expect_error(held[2], DX_WIRE_E_PROTOCOL);
+    c = client_start(fx, &(struct dx_msg_subscribe){.lod = {.stride = 8}});
+    client_until_frame(c, 3);
+    assert_int_equal(c->told.lod.stride, 8);
+    client_close(c);
+    for (int k = 0; k < DX_LOD_SLOTS; k++)
+        if (k != 2)
+            client_close(held[k]);
+    fixture_stop(fx);
+}
+
 static void test_absurd_lengths(void **state)
 {
     const uint32_t lengths[] = {DX_WIRE_MAX_CLIENT_BODY + 1, 0x7fffffff, 0xffffffff, 0xffffffe8};
@@ -369,17 +411,12 @@ static void test_control_errors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_absurd_lengths),
-        cmocka_unit_test(test_unknown_messages),
-        cmocka_unit_test(test_half_a_hello),
-        cmocka_unit_test(test_hello_byte_by_byte),
-        cmocka_unit_test(test_random_bytes),
-        cmocka_unit_test(test_a_thousand_connects),
-        cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_out_of_descriptors),
-        cmocka_unit_test(test_paths),
-        cmocka_unit_test(test_status),
+        cmocka_unit_test(test_refusals),       cmocka_unit_test(test_levels_refused),
+        cmocka_unit_test(test_absurd_lengths), cmocka_unit_test(test_unknown_messages),
+        cmocka_unit_test(test_half_a_hello),   cmocka_unit_test(test_hello_byte_by_byte),
+        cmocka_unit_test(test_random_bytes),   cmocka_unit_test(test_a_thousand_connects),
+        cmocka_unit_test(test_limit),          cmocka_unit_test(test_out_of_descriptors),
+        cmocka_unit_test(test_paths),          cmocka_unit_test(test_status),
         cmocka_unit_test(test_control_errors),
     };
 

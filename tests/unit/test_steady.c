@@ -102,10 +102,10 @@ static void send_message(int fd, uint16_t type, const uint8_t *body, size_t len)
                      DX_WIRE_HEADER_LEN + len);
 }
 
-static int subscribe(const char *path, enum dx_encoding encoding)
+static int subscribe(const char *path, enum dx_encoding encoding, struct dx_lod_level lod)
 {
     struct dx_msg_hello hello = {DX_WIRE_MAJOR, DX_WIRE_MINOR, 0, 1u << encoding};
-    struct dx_msg_subscribe ask = {.encoding = (uint8_t)encoding, .want = DX_WANT_ATTR};
+    struct dx_msg_subscribe ask = {.encoding = (uint8_t)encoding, .want = DX_WANT_ATTR, .lod = lod};
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
     struct timeval silence = {.tv_sec = 60};
     uint8_t body[512];
@@ -153,14 +153,15 @@ static uint64_t take_epochs(int fd, uint32_t n)
     return n_tiles;
 }
 
-static void runs_without_allocating(const char *yaml, enum dx_encoding encoding)
+static void runs_without_allocating(const char *yaml, enum dx_encoding encoding,
+                                    struct dx_lod_level lod)
 {
     struct service s;
     uint64_t before, after, n_tiles;
     int fd;
 
     service_init(&s, yaml);
-    fd = subscribe(s.socket, encoding);
+    fd = subscribe(s.socket, encoding, lod);
     take_epochs(fd, WARM_EPOCHS);
     before = dx_alloc_count();
     n_tiles = take_epochs(fd, MEASURED_EPOCHS);
@@ -174,25 +175,31 @@ static void runs_without_allocating(const char *yaml, enum dx_encoding encoding)
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-static void whole_frames(enum dx_encoding encoding)
+static void whole_frames(enum dx_encoding encoding, struct dx_lod_level lod)
 {
     runs_without_allocating("streams:\n"
                             "  - name: hall\n"
                             "    synthetic: {scene: hall, size: 300x200, noise: 0.005,\n"
                             "                dropouts: 0.02, rate: max}\n",
-                            encoding);
+                            encoding, lod);
+}
+
+static void whole_frames_to_a_level(void **state)
+{
+    (void)state;
+    whole_frames(DX_ENCODING_F32, (struct dx_lod_level){.bound = 64});
 }
 
 static void whole_frames_to_q16(void **state)
 {
     (void)state;
-    whole_frames(DX_ENCODING_Q16);
+    whole_frames(DX_ENCODING_Q16, (struct dx_lod_level){0});
 }
 
 static void whole_frames_to_delta(void **state)
 {
     (void)state;
-    whole_frames(DX_ENCODING_DELTA);
+    whole_frames(DX_ENCODING_DELTA, (struct dx_lod_level){0});
 }
 
 static void parts_of_frames_to_f32(void **state)
@@ -203,7 +210,7 @@ static void parts_of_frames_to_f32(void **state)
                             "    commit_ms: 1\n"
                             "    synthetic: {scene: hall, size: 300x200, noise: 0.005,\n"
                             "                dropouts: 0.02, rate: max, parts: 20}\n",
-                            DX_ENCODING_F32);
+                            DX_ENCODING_F32, (struct dx_lod_level){0});
 }
 
 static void averaged_parts_to_q16(void **state)
@@ -215,7 +222,7 @@ static void averaged_parts_to_q16(void **state)
                             "    ingest: {filter: mean, keyframe: 5}\n"
                             "    synthetic: {scene: moving-box, size: 300x200, noise: 0.005,\n"
                             "                dropouts: 0.02, rate: max, parts: 20}\n",
-                            DX_ENCODING_Q16);
+                            DX_ENCODING_Q16, (struct dx_lod_level){0});
 }
 
 static void medians_to_f32(void **state)
@@ -226,15 +233,15 @@ static void medians_to_f32(void **state)
                             "    ingest: {filter: median3}\n"
                             "    synthetic: {scene: hall, size: 300x200, noise: 0.005,\n"
                             "                dropouts: 0.02, rate: max}\n",
-                            DX_ENCODING_F32);
+                            DX_ENCODING_F32, (struct dx_lod_level){0});
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(whole_frames_to_q16),    cmocka_unit_test(whole_frames_to_delta),
-        cmocka_unit_test(parts_of_frames_to_f32), cmocka_unit_test(averaged_parts_to_q16),
-        cmocka_unit_test(medians_to_f32),
+        cmocka_unit_test(whole_frames_to_a_level), cmocka_unit_test(whole_frames_to_q16),
+        cmocka_unit_test(whole_frames_to_delta),   cmocka_unit_test(parts_of_frames_to_f32),
+        cmocka_unit_test(averaged_parts_to_q16),   cmocka_unit_test(medians_to_f32),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -63,12 +63,12 @@ static const struct kind {
     {"SUBSCRIBE",
      put_subscribe,
      get_subscribe,
-     18 + 4,
-     {.subscribe = {"roof", 2, 2, 3, 40, 1, 2, 3, 4}}},
+     20 + 4,
+     {.subscribe = {"roof", 2, 2, 3, 40, 1, 2, 3, 4, {64, 16}}}},
     {"SUBSCRIBED",
      put_subscribed,
      get_subscribed,
-     178 + 4,
+     180 + 4,
      {.subscribed = {.stream = "roof",
                      .encoding = 1,
                      .mode = 2,
@@ -206,7 +206,7 @@ static void test_fields_out_of_range(void **state)
         {4, 2, 3},     {4, 3, 0},      {4, 3, 4},      {4, 4, 2},    {4, 5, 2},     {4, 6, 3},
         {4, 6, 4},     {4, 7, 3},      {4, 9, 2},      {4, 8, 2},    {4, 12, 0},    {4, 14, 1},
         {4, 17, 0},    {4, 18, 1},     {4, 20, 1},     {4, 22, 31},  {4, 27, 0xff}, {4, 28, 1},
-        {4, 39, 0x7f}, {4, 135, 0x7f}, {4, 159, 0xff}, {4, 178, 0},  {5, 0, 9},     {5, 0, 12},
+        {4, 39, 0x7f}, {4, 135, 0x7f}, {4, 159, 0xff}, {4, 180, 0},  {5, 0, 9},     {5, 0, 12},
         {5, 4, 19},    {6, 32, 4},     {7, 3, 10},     {8, 0, 5},
     };
 
@@ -253,11 +253,43 @@ static void test_texts(void **state)
     s = (struct dx_msg_subscribe){.mode = DX_MODE_LIVE};
     w = dx_writer_init(body, sizeof(body));
     dx_msg_subscribe_put(&w, &s);
-    memset(body + 18, 'z', DX_WIRE_NAME);
-    dx_put_u16(body + 16, DX_WIRE_NAME - 1);
-    assert_int_equal(dx_msg_subscribe_get(&s, body, 18 + DX_WIRE_NAME - 1), 0);
-    dx_put_u16(body + 16, DX_WIRE_NAME); /* a name is never cut */
-    assert_int_equal(dx_msg_subscribe_get(&s, body, 18 + DX_WIRE_NAME), -EBADMSG);
+    memset(body + 20, 'z', DX_WIRE_NAME);
+    dx_put_u16(body + 18, DX_WIRE_NAME - 1);
+    assert_int_equal(dx_msg_subscribe_get(&s, body, 20 + DX_WIRE_NAME - 1), 0);
+    dx_put_u16(body + 18, DX_WIRE_NAME); /* a name is never cut */
+    assert_int_equal(dx_msg_subscribe_get(&s, body, 20 + DX_WIRE_NAME), -EBADMSG);
+}
+
+/* SUBSCRIBED with a level of detail: of f32 alone, and of the strides there are. */
+static void test_levels(void **state)
+{
+    static const struct {
+        uint8_t encoding;
+        struct dx_lod_level lod;
+        int want;
+    } cases[] = {
+        {DX_ENCODING_F32, {0, 0}, 0},          {DX_ENCODING_F32, {65534, 0}, 0},
+        {DX_ENCODING_F32, {1, 64}, 0},         {DX_ENCODING_F32, {65535, 0}, -EBADMSG},
+        {DX_ENCODING_F32, {64, 3}, -EBADMSG},  {DX_ENCODING_F32, {0, 128}, -EBADMSG},
+        {DX_ENCODING_Q16, {0, 0}, 0},          {DX_ENCODING_Q16, {64, 0}, -EBADMSG},
+        {DX_ENCODING_DELTA, {0, 8}, -EBADMSG},
+    };
+
+    (void)state;
+    for (size_t k = 0; k < sizeof(cases) / sizeof(cases[0]); k++) {
+        union any m = kinds[4].example;
+        uint8_t body[512];
+        size_t len;
+
+        m.subscribed.encoding = cases[k].encoding;
+        m.subscribed.lod = cases[k].lod;
+        if (cases[k].encoding == DX_ENCODING_F32)
+            m.subscribed.table_bytes = 0;
+        len = put(&kinds[4], &m, body, sizeof(body));
+        assert_int_equal(kinds[4].get(&m, body, len), cases[k].want);
+        if (cases[k].want == 0)
+            assert_true(dx_lod_same(m.subscribed.lod, cases[k].lod));
+    }
 }
 
 /* As printed in docs/protocol.md. */
@@ -266,17 +298,17 @@ static void test_golden_bytes(void **state)
     static const uint8_t hello[] = {
         0x10, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0x00, 0x00,
         0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x44, 0x45, 0x58, 0x4c,
-        0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x00, 0x00, 0x07, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x00, 0x00, 0x07, 0x00, 0x00, 0x00,
     };
     static const uint8_t subscribe[] = {
-        0x16, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff,
+        0x18, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff,
         0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-        0x02, 0x00, 0x03, 0x00, 0x28, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-        0x00, 0x00, 0x00, 0x00, 0x04, 0x00, 0x72, 0x6f, 0x6f, 0x66,
+        0x00, 0x00, 0x03, 0x20, 0x28, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0x40, 0x00, 0x04, 0x00, 0x72, 0x6f, 0x6f, 0x66,
     };
-    const struct dx_msg_hello h = {.major = 0, .minor = 2, .encodings = 7};
+    const struct dx_msg_hello h = {.major = 0, .minor = 3, .encodings = 7};
     const struct dx_msg_subscribe s = {.stream = "roof",
-                                       .encoding = DX_ENCODING_DELTA,
+                                       .lod = {.bound = 64, .stride = 32},
                                        .want = DX_WANT_ATTR | DX_WANT_NORMALS,
                                        .min_interval_ms = 40};
     struct dx_wire_header header = {
@@ -291,7 +323,7 @@ static void test_golden_bytes(void **state)
     assert_memory_equal(bytes, hello, sizeof(hello));
 
     header = (struct dx_wire_header){
-        .length = 22, .type = DX_MSG_SUBSCRIBE, .stream = DX_WIRE_NO_STREAM, .seq = 1};
+        .length = 24, .type = DX_MSG_SUBSCRIBE, .stream = DX_WIRE_NO_STREAM, .seq = 1};
     w = dx_writer_init(bytes + DX_WIRE_HEADER_LEN, 100);
     dx_wire_put_header(bytes, &header);
     dx_msg_subscribe_put(&w, &s);
@@ -334,6 +366,7 @@ int main(void)
         cmocka_unit_test(test_writer_short_of_room),
         cmocka_unit_test(test_fields_out_of_range),
         cmocka_unit_test(test_texts),
+        cmocka_unit_test(test_levels),
         cmocka_unit_test(test_golden_bytes),
         cmocka_unit_test(test_header),
         cmocka_unit_test(test_names),

@@ -1,0 +1,167 @@
+/*
+ * Errors of hypotenuse middles: in integers, so that no level depends on how a double is rounded.
+ */
+#include "core/grid/lod_priv.h"
+
+#include <string.h>
+
+/* q = floor(2^44 / range): three products with weights below 2 fit 63 bits from this range on; what
+ * is nearer stays as it is. */
+#define INVERSE      0x1p44
+#define INVERSE_BITS 44
+#define LEAST_RANGE  64
+
+static int64_t inverse(uint32_t range)
+{
+    return (int64_t)(INVERSE / (double)range); /* the quotient truncates right: see area.c */
+}
+
+/* Where the corners of a run's diamonds are: dexels of three rows of the grid, each `shift` columns
+ * from the middle; end 0, end 1, right angle. */
+struct reach {
+    uint32_t row[3];
+    int32_t shift[3];
+    struct dx_lod_weights w; /* of the run, or of the dexel */
+};
+
+/* Inverse ranges have noise sigma / range^2, which makes |residual| range^2 / sigma of it. */
+static uint16_t in_sigmas(int64_t residual, uint32_t range, const struct dx_sigma *sigma)
+{
+    const unsigned shift = INVERSE_BITS + DX_LOD_WEIGHT_BITS - 8 - 4; /* 1/256 unit, 1/16 sigma */
+    const uint64_t off = (uint64_t)(residual < 0 ? -residual : residual);
+    const unsigned __int128 scaled = (unsigned __int128)off * ((uint64_t)range * range) >> shift;
+    const uint64_t one = dx_sigma_at(sigma, range);
+
+    if (scaled >= DX_LOD_MAX_BOUND * one)
+        return DX_LOD_MAX_BOUND;
+    /* Below 2^43, and no closer to the next integer than 1 / one: the quotient of doubles truncates
+     * to the same. */
+    return (uint16_t)(uint32_t)((double)(int64_t)scaled / (double)(int64_t)one);
+}
+
+static uint32_t range_of(const struct dx_plane *p, uint32_t row, int64_t col)
+{
+    col += col < 0 ? p->width : col >= p->width ? -(int64_t)p->width : 0;
+    return dx_plane_range(p, (size_t)row * p->width + (size_t)col);
+}
+
+/* Of a middle that is not forced, so that the ends are in the grid. */
+static uint16_t error_at(const struct dx_terrain *t, uint32_t row, uint32_t col,
+                         const struct reach *at)
+{
+    const struct dx_plane *p = &t->published;
+    const uint32_t range = dx_plane_range(p, (size_t)row * p->width + col);
+    const uint32_t r0 = range_of(p, at->row[0], (int64_t)col + at->shift[0]);
+    const uint32_t r1 = range_of(p, at->row[1], (int64_t)col + at->shift[1]);
+    int64_t residual;
+
+    if (range < LEAST_RANGE || r0 < LEAST_RANGE || r1 < LEAST_RANGE)
+        return DX_LOD_INFINITE;
+    residual = (inverse(range) << DX_LOD_WEIGHT_BITS) - inverse(r0) * at->w.end[0] -
+               inverse(r1) * at->w.end[1];
+    if (at->w.apex) {
+        const int64_t c = (int64_t)col + at->shift[2];
+        uint32_t r2;
+
+        if (!t->tiling.wrap && (c < 0 || c >= p->width))
+            return DX_LOD_INFINITE; /* the beam leaves the grid */
+        r2 = range_of(p, at->row[2], c);
+        if (r2 < LEAST_RANGE)
+            return DX_LOD_INFINITE;
+        residual -= inverse(r2) * at->w.apex;
+    }
+    return in_sigmas(residual, range, &t->gates.sigma);
+}
+
+static void set_reach(struct reach *at, const struct dx_lod_run *run, uint32_t row,
+                      const struct dx_lod_weights *w)
+{
+    const int corner[3] = {0, 1, 2 + w->side};
+
+    for (int k = 0; k < 3; k++) {
+        const int8_t *step = dx_lod_diamond[run->kind][corner[k]];
+
+        at->row[k] = (uint32_t)((int32_t)row + run->h * step[0]);
+        at->shift[k] = run->h * step[1];
+    }
+    at->w = *w;
+}
+
+/* ---- cells ----------------------------------------------------------------------------------- */
+
+/* Which cells of two rows, above and below a row of dexels, are not full: [0] is the column before
+ * the tile's first. */
+struct gaps {
+    uint8_t above[DX_TILE_CELLS + 2], below[DX_TILE_CELLS + 2];
+};
+
+static uint8_t is_gap(uint8_t code)
+{
+    return !(1u << code & (1u << DX_CELL_ABC_ACD | 1u << DX_CELL_ABD_BCD));
+}
+
+/* Cells outside the grid are no gaps. */
+static void find_gaps(uint8_t gap[DX_TILE_CELLS + 2], const struct dx_terrain *t, int64_t row,
+                      uint32_t tile_col)
+{
+    const struct dx_tiling *g = &t->tiling;
+    const uint32_t col = tile_col * DX_TILE_CELLS;
+    const uint32_t left = g->cell_cols - col, n = left < DX_TILE_CELLS ? left : DX_TILE_CELLS;
+    const uint32_t before = col ? col - 1 : g->cell_cols - 1;
+    const size_t size = DX_TILE_CELLS * DX_TILE_CELLS;
+    const uint8_t *code;
+
+    memset(gap, 0, DX_TILE_CELLS + 2);
+    if (row < 0 || row >= g->cell_rows)
+        return;
+    code = t->code + (size_t)(row / DX_TILE_CELLS) * g->cols * size +
+           (size_t)(row % DX_TILE_CELLS) * DX_TILE_CELLS;
+    for (uint32_t j = 0; j < n; j++)
+        gap[j + 1] = is_gap(code[tile_col * size + j]);
+    if (col || g->wrap)
+        gap[0] = is_gap(code[before / DX_TILE_CELLS * size + before % DX_TILE_CELLS]);
+}
+
+/* ---- a rectangle ----------------------------------------------------------------------------- */
+
+static void error_run(const struct dx_lod *lod, const struct dx_lod_run *run, uint32_t row,
+                      uint32_t col1, const struct gaps *gaps, uint32_t tile_col0)
+{
+    const struct dx_terrain *t = lod->terrain;
+    const bool leaf = run->h == 1 && run->kind <= DX_LOD_ALONG_COLUMN;
+    const struct dx_lod_weights *w =
+        lod->weights + (size_t)row * (lod->per_dexel ? t->tiling.width : DX_LOD_RUNS);
+    uint16_t *own = lod->own + (size_t)row * t->tiling.width;
+    struct reach at = {0};
+
+    if (!lod->per_dexel)
+        set_reach(&at, run, row, w + run->slot);
+    for (uint32_t col = run->first; col < col1; col += run->step) {
+        const uint32_t j = col - tile_col0;
+
+        if (dx_lod_is_forced(lod, row, col) ||
+            (leaf && gaps->above[j] | gaps->above[j + 1] | gaps->below[j] | gaps->below[j + 1])) {
+            own[col] = DX_LOD_INFINITE;
+            continue;
+        }
+        if (lod->per_dexel)
+            set_reach(&at, run, row, w + col);
+        own[col] = error_at(t, row, col, &at);
+    }
+}
+
+void dx_lod_own_errors(const struct dx_lod *lod, const struct dx_lod_rect *rect)
+{
+    const uint32_t tile_col = rect->col0 / DX_TILE_CELLS;
+
+    for (uint32_t row = rect->row0; row < rect->row1; row++) {
+        struct dx_lod_run run[DX_LOD_RUNS];
+        const unsigned n = dx_lod_runs(run, row, rect->col0);
+        struct gaps gaps;
+
+        find_gaps(gaps.above, lod->terrain, (int64_t)row - 1, tile_col);
+        find_gaps(gaps.below, lod->terrain, row, tile_col);
+        for (unsigned k = 0; k < n; k++)
+            error_run(lod, &run[k], row, rect->col1, &gaps, rect->col0);
+    }
+}
