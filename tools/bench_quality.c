@@ -33,9 +33,9 @@ static const struct option options[] = {
     {0},
 };
 
-static const char *const theme_names[] = {"coverage",  "veil",   "mixed",  "dropouts", "diagonals",
-                                          "walls",     "noise",  "topology", "bytes",  "static",
-                                          "smooth",    "lod",    NULL};
+static const char *const theme_names[] = {"coverage", "veil",  "mixed",    "dropouts", "diagonals",
+                                          "walls",    "noise", "topology", "bytes",    "static",
+                                          "smooth",   "lod",   NULL};
 
 static dx_quality_theme *const themes[] = {
     dx_quality_theme_coverage, dx_quality_theme_veil,      dx_quality_theme_mixed,

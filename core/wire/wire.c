@@ -177,7 +177,7 @@ void dx_msg_subscribed_put(struct dx_writer *w, const struct dx_msg_subscribed *
 {
     const uint8_t bytes[12] = {m->encoding, m->mode,    m->attr_bytes,  m->model,
                                m->wrap,     m->flip,    m->range_bytes, m->diag,
-                                m->paper,    m->normals, m->smooth,      m->lod.stride};
+                               m->paper,    m->normals, m->smooth,      m->lod.stride};
 
     dx_write_bytes(w, bytes, sizeof(bytes));
     dx_write_u32(w, m->height);
