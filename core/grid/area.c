@@ -58,20 +58,18 @@ static void prepare_narrow(struct dx_area *a, const struct dx_gates *gates)
         rows->valid(a->valid[p], a->range16[p]);
         rows->noise(a->noise[p], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
         if (gates->diag == DX_DIAG_BEND)
-            rows->inverse(a->inverse[p], a->range16[p]);
+            rows->narrow.inverse(a->inverse.narrow[p], a->range16[p]);
     }
 }
 
 static void prepare_wide(struct dx_area *a, const struct dx_gates *gates)
 {
-    const bool invert = gates->rescue || gates->diag == DX_DIAG_BEND;
-
-    for (uint32_t p = a->first; p < a->end; p++)
-        for (uint32_t q = 0; q < DX_AREA; q++) {
+    for (uint32_t p = a->first; p < a->end; p++) {
+        for (uint32_t q = 0; q < DX_AREA; q++)
             a->valid[p][q] = a->range[p][q] != 0;
-            if (invert)
-                a->q[p][q] = dx_area_invert(a->range[p][q]);
-        }
+        if (gates->diag == DX_DIAG_BEND)
+            gates->rows->wide.inverse(a->inverse.wide[p], a->range[p]);
+    }
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,

@@ -24,13 +24,16 @@ struct dx_area {
 
     /* narrow: 16-bit ranges, and the noise term of their gates */
     uint16_t range16[DX_AREA][DX_AREA_STRIDE], noise[DX_AREA][DX_AREA_STRIDE];
-    float inverse[DX_AREA][DX_AREA_STRIDE];            /* near 2^40 / range, for bends */
     uint16_t c16[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
 
-    /* wide: 32-bit ranges, and their inverse (dx_area_inverse) */
+    /* wide: 32-bit ranges */
     uint32_t range[DX_AREA][DX_AREA_STRIDE];
-    uint64_t q[DX_AREA][DX_AREA_STRIDE];
     uint32_t c[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
+
+    union { /* near 2^40 / range, for bends */
+        float narrow[DX_AREA][DX_AREA_STRIDE];
+        double wide[DX_AREA][DX_AREA_STRIDE];
+    } inverse;
 
     int32_t direction[DX_AREA][DX_AREA_STRIDE][3]; /* capped only: unit vectors * 2^24 */
 
@@ -69,7 +72,7 @@ static inline uint64_t dx_area_invert(uint32_t range)
 
 static inline uint64_t dx_area_inverse(const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return a->wide ? a->q[p][q] : dx_area_invert(a->range16[p][q]);
+    return dx_area_invert(dx_area_range(a, p, q));
 }
 
 /* Grid row and column of an area dexel that lies inside the grid. */

@@ -108,9 +108,26 @@ bool dx_diagonal_decide(const struct dx_area *a, const struct dx_gates *gates,
 
 /* ---- rows ----------------------------------------------------------------------------------- */
 
-static float weight(uint32_t w)
+static const struct dx_row_bends *loops(const struct dx_area *a, const struct dx_gates *gates)
 {
-    return (float)w * 0x1p-24f; /* exact */
+    return a->wide ? &gates->rows->wide : &gates->rows->narrow;
+}
+
+static const void *inverse_at(const struct dx_area *a, uint32_t p, uint32_t q)
+{
+    return a->wide ? (const void *)(a->inverse.wide[p] + q)
+                   : (const void *)(a->inverse.narrow[p] + q);
+}
+
+static const void *range_row(const struct dx_area *a, uint32_t p)
+{
+    return a->wide ? (const void *)(a->range[p] + DX_MARGIN)
+                   : (const void *)(a->range16[p] + DX_MARGIN);
+}
+
+static double weight(uint32_t w)
+{
+    return w * 0x1p-24; /* exact, in f32 too */
 }
 
 /* Where a dexel has no line, no number, and so no decision. */
@@ -129,9 +146,9 @@ static struct dx_row_weights weights_of(struct dx_line ac, struct dx_line bd)
 static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
                          const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
 {
-    const float *const inverse[3] = {a->inverse[p - 1] + DX_MARGIN - 1,
-                                     a->inverse[p] + DX_MARGIN - 1,
-                                     a->inverse[p + 1] + DX_MARGIN - 1};
+    const void *const inverse[3] = {inverse_at(a, p - 1, DX_MARGIN - 1),
+                                    inverse_at(a, p, DX_MARGIN - 1),
+                                    inverse_at(a, p + 1, DX_MARGIN - 1)};
     struct dx_row_residuals *out = &d->line[p & 1];
     const uint32_t row = dx_area_row(a, p);
 
@@ -143,12 +160,12 @@ static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
 
             d->weights[j] = weights_of(gates->line[DX_EDGE_AC][at], gates->line[DX_EDGE_BD][at]);
         }
-        gates->rows->residuals_each(out, inverse, d->weights);
+        loops(a, gates)->residuals_each(out, inverse, d->weights);
     } else {
         const struct dx_row_weights w =
             weights_of(gates->line[DX_EDGE_AC][row], gates->line[DX_EDGE_BD][row]);
 
-        gates->rows->residuals(out, inverse, &w);
+        loops(a, gates)->residuals(out, inverse, &w);
     }
 }
 
@@ -160,21 +177,21 @@ static void bend_row(struct dx_preference *preference, const struct dx_diagonal 
     const bool lines = has_lines(a, g, p) && has_lines(a, g, p + 1);
     const struct dx_row_bend row = {.top = &d->line[p & 1],
                                     .bottom = &d->line[~p & 1],
-                                    .inverse = a->inverse[p] + DX_MARGIN,
-                                    .range = a->range16[p] + DX_MARGIN,
-                                    .range_below = a->range16[p + 1] + DX_MARGIN,
+                                    .inverse = inverse_at(a, p, DX_MARGIN),
+                                    .range = range_row(a, p),
+                                    .range_below = range_row(a, p + 1),
                                     .outer = {lines ? outer_edge(a, DX_EDGE_AC, p, -1, -1) : none,
                                               lines ? outer_edge(a, DX_EDGE_AC, p, 1, 1) : none,
                                               lines ? outer_edge(a, DX_EDGE_BD, p, -1, 1) : none,
                                               lines ? outer_edge(a, DX_EDGE_BD, p, 1, -1) : none}};
 
-    gates->rows->bend(preference->bd, preference->unsure, &row, &gates->row_sigma);
+    loops(a, gates)->bend(preference->bd, preference->unsure, &row, &gates->row_sigma);
 }
 
 void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g)
 {
-    if (gates->diag == DX_DIAG_BEND && !a->wide)
+    if (gates->diag == DX_DIAG_BEND)
         residual_row(d, a, gates, g, DX_MARGIN);
 }
 
@@ -182,7 +199,7 @@ void dx_diagonal_row(struct dx_preference *preference, struct dx_diagonal *d,
                      const struct dx_area *a, const struct dx_gates *gates,
                      const struct dx_geometry *g, uint32_t p)
 {
-    if (gates->diag == DX_DIAG_BEND && !a->wide) {
+    if (gates->diag == DX_DIAG_BEND) {
         residual_row(d, a, gates, g, p + 1);
         bend_row(preference, d, a, gates, g, p);
     } else {

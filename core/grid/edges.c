@@ -5,23 +5,43 @@
 
 #include <string.h>
 
-static bool join_wide(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
-                      enum dx_edge e, uint32_t p)
+/* Where the loop is not sure: the integers. Returns whether any has failed. */
+static bool settle_wide(struct dx_area *a, uint8_t failed[DX_ROWS_N], const uint8_t *unsure,
+                        const struct dx_gates *gates, enum dx_edge e, uint32_t p)
 {
     const struct dx_ends end = dx_edge_ends(e);
     const uint32_t *x = a->range[p + end.p0] + end.q0, *y = a->range[p + end.p1] + end.q1;
     const uint32_t *c = gates->per_dexel ? a->c[e][p] : &gates->c[e][dx_area_row(a, p)];
-    uint8_t any = 0;
+    bool any = false;
 
-    for (uint32_t q = 0; q < DX_AREA; q++) {
-        uint8_t there = x[q] && y[q];
-        uint8_t near = there && dx_gates_pass(gates, x[q], y[q], c[gates->per_dexel ? q : 0]);
-
-        a->joined[e][p][q] = near;
-        failed[q] = near ^ there;
-        any |= failed[q];
-    }
+    for (uint32_t q = 0; q < DX_AREA; q++)
+        if (unsure[q]) {
+            a->joined[e][p][q] = dx_gates_pass(gates, x[q], y[q], c[gates->per_dexel ? q : 0]);
+            failed[q] = !a->joined[e][p][q];
+            any |= failed[q];
+        }
     return any;
+}
+
+static bool join_wide(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
+                      enum dx_edge e, uint32_t p)
+{
+    const struct dx_ends end = dx_edge_ends(e);
+    const struct dx_row_wide_pair pair = {.x = a->range[p + end.p0] + end.q0,
+                                          .y = a->range[p + end.p1] + end.q1,
+                                          .t0 = gates->t0,
+                                          .n2 = (double)gates->n2};
+    uint8_t unsure[DX_ROWS_N];
+    struct dx_row_joined any;
+
+    if (gates->per_dexel)
+        any = gates->rows->join_wide_each(a->joined[e][p], failed, unsure, &pair, a->c[e][p]);
+    else
+        any = gates->rows->join_wide(a->joined[e][p], failed, unsure, &pair,
+                                     gates->c[e][dx_area_row(a, p)]);
+    if (any.unsure)
+        any.failed |= settle_wide(a, failed, unsure, gates, e, p);
+    return any.failed;
 }
 
 static bool join_narrow(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,

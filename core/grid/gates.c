@@ -227,11 +227,11 @@ static void set_row_sigma(struct dx_gates *gates)
 {
     const double a1 = (double)gates->sigma.a1, a2 = (double)gates->sigma.a2;
 
-    gates->row_sigma = (struct dx_row_sigma){.a0 = (float)gates->sigma.a0,
-                                             .a1 = (float)(a1 * 0x1p-16),
-                                             .a2 = (float)(a2 * 0x1p-32),
-                                             .max = (float)DX_SIGMA_MAX,
-                                             .off = (float)(3 + a2 * 0x1p-16)};
+    gates->row_sigma = (struct dx_row_sigma){.a0 = (double)gates->sigma.a0,
+                                             .a1 = a1 * 0x1p-16,
+                                             .a2 = a2 * 0x1p-32,
+                                             .max = DX_SIGMA_MAX,
+                                             .off = 3.01 + a2 * 0x1p-16 * 1.001};
 }
 
 void dx_gates_set(struct dx_gates *gates, const struct dx_geometry *g,

@@ -98,7 +98,7 @@ static uint64_t hash_ranges(uint64_t h, const struct dx_tile *tile, const struct
 {
     uint16_t low[DX_USED_ROOM];
     uint32_t high[DX_BLOCK_DEXELS];
-    uint32_t all = dx_rows_get(DX_SIMD_AUTO)->narrow(low, tile->range, used->at, DX_USED_ROOM / 8);
+    uint32_t all = dx_rows_get(DX_SIMD_AUTO)->halves(low, tile->range, used->at, DX_USED_ROOM / 8);
 
     h = dx_hash(h, low, sizeof(low));
     if (all >> 16 == 0)

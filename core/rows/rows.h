@@ -33,28 +33,66 @@ struct dx_row_pair {
     const uint16_t *x, *y, *noise_x, *noise_y;
 };
 
-/* sigma.h in f32: sigma8(r) = min(max, a0 + a1 r + a2 r^2), and how far the integers may be off. */
+/* Two rows of 32-bit ranges whose dexels are paired, and the gate's terms (gates.h). */
+struct dx_row_wide_pair {
+    const uint32_t *x, *y;
+    double t0, n2;
+};
+
+/* What came out of a row of pairs. */
+struct dx_row_joined {
+    bool failed, unsure; /* any */
+};
+
+/* sigma.h in floating point: sigma8(r) = min(max, a0 + a1 r + a2 r^2), and how far the integers may
+ * be off. */
 struct dx_row_sigma {
-    float a0, a1, a2, max, off;
+    double a0, a1, a2, max, off;
 };
 
 /* Weights of the two diagonal lines of a row: minus and plus of a-c, minus and plus of b-d. */
 struct dx_row_weights {
-    float ac[2], bd[2];
+    double ac[2], bd[2];
 };
 
 /* Residuals of the two diagonal lines through the corners of a row of cells, and the size of their
- * terms. */
+ * terms; in one of the two kinds of numbers. */
 struct dx_row_residuals {
-    float ac[DX_ROWS_CORNERS], bd[DX_ROWS_CORNERS], size[DX_ROWS_CORNERS];
+    union {
+        struct {
+            float narrow_ac[DX_ROWS_CORNERS], narrow_bd[DX_ROWS_CORNERS];
+            float narrow_size[DX_ROWS_CORNERS];
+        };
+        struct {
+            double wide_ac[DX_ROWS_CORNERS], wide_bd[DX_ROWS_CORNERS];
+            double wide_size[DX_ROWS_CORNERS];
+        };
+    };
 };
 
 /* What the choice between bends looks at, from the first cell's corner a on. */
 struct dx_row_bend {
     const struct dx_row_residuals *top, *bottom;
-    const float *inverse;
-    const uint16_t *range, *range_below;
+    const void *inverse, *range, *range_below;
     const uint8_t *outer[4]; /* edges to the four samples beyond the corners */
+};
+
+/* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
+struct dx_row_bends {
+    /* 2^40 / r; infinite for r below 16, which integers take for missing; 0 for 0. */
+    void (*inverse)(void *out, const void *range);
+
+    /* From the inverse ranges above, here and below, each from one column before the first corner
+     * on; with weights for the row or for each corner. */
+    void (*residuals)(struct dx_row_residuals *out, const void *const inverse[3],
+                      const struct dx_row_weights *w);
+    void (*residuals_each)(struct dx_row_residuals *out, const void *const inverse[3],
+                           const struct dx_row_weights *w);
+
+    /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
+     * ends differ less in range. unsure: ask integers. */
+    void (*bend)(uint8_t *prefer_bd, uint8_t *unsure, const struct dx_row_bend *row,
+                 const struct dx_row_sigma *sigma);
 };
 
 /* Missing dexels that may be spanned: those among four neighbours that are all there, and others.
@@ -99,6 +137,12 @@ struct dx_rows {
     bool (*join_each)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair,
                       const uint16_t *c);
 
+    /* The same of 32-bit ranges; unsure: ask integers (such are neither joined nor failed). */
+    struct dx_row_joined (*join_wide)(uint8_t *joined, uint8_t *failed, uint8_t *unsure,
+                                      const struct dx_row_wide_pair *pair, uint32_t c);
+    struct dx_row_joined (*join_wide_each)(uint8_t *joined, uint8_t *failed, uint8_t *unsure,
+                                           const struct dx_row_wide_pair *pair, const uint32_t *c);
+
     /* Valid dexels that are no mixed pixels, by the votes of row and column, from column 1 on. v is
      * the row's own V edges, v_above those of the row above; valid rows are those above, here and
      * below. */
@@ -109,20 +153,7 @@ struct dx_rows {
      * ones have two ends opposite each other; or, with `two` of them bridged, any. */
     void (*missing)(struct dx_row_missing *out, const uint8_t *const valid[3], uint8_t two);
 
-    /* 2^40 / r in f32; huge for r below 16, which integers take for missing; 0 for 0. */
-    void (*inverse)(float *out, const uint16_t *range);
-
-    /* From the inverse ranges above, here and below, each from one column before the first corner
-     * on; with weights for the row or for each corner. */
-    void (*residuals)(struct dx_row_residuals *out, const float *const inverse[3],
-                      const struct dx_row_weights *w);
-    void (*residuals_each)(struct dx_row_residuals *out, const float *const inverse[3],
-                           const struct dx_row_weights *w);
-
-    /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
-     * ends differ less in range. unsure: ask integers. */
-    void (*bend)(uint8_t *prefer_bd, uint8_t *unsure, const struct dx_row_bend *row,
-                 const struct dx_row_sigma *sigma);
+    struct dx_row_bends narrow, wide;
 
     /* Cell codes; even: both diagonals would give as many triangles, and some. */
     void (*code)(uint8_t *code, uint8_t *even, const struct dx_row_edges *edges,
@@ -137,7 +168,7 @@ struct dx_rows {
     uint32_t (*rank)(uint16_t *rank, const uint8_t *used, uint32_t n_eights);
 
     /* Low halves of the used dexels' ranges, 0 for the others; returns all their bits. */
-    uint32_t (*narrow)(uint16_t *out, const uint32_t *range, const uint8_t *used,
+    uint32_t (*halves)(uint16_t *out, const uint32_t *range, const uint8_t *used,
                        uint32_t n_eights);
 
     /* Points of the used dexels of a block row, metres, one after the other; three floats more are

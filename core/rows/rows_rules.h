@@ -86,6 +86,54 @@ static bool join_each_row(uint8_t *restrict joined, uint8_t *restrict failed,
     return join_rows(joined, failed, pair, c, 1);
 }
 
+/*
+ * hi - lo <= t0 + (lo c >> 16) + ((lo lo >> 16) n2 >> 16) in f64. Rounding is below 8 * 2^-53 of
+ * the sum; the integers cut two products, and the square before it is multiplied.
+ */
+static inline __attribute__((always_inline)) struct dx_row_joined join_wide_rows(
+    uint8_t *restrict joined, uint8_t *restrict failed, uint8_t *restrict unsure,
+    const struct dx_row_wide_pair *pair, const uint32_t *c, uint32_t step)
+{
+    const uint32_t *x = pair->x, *y = pair->y;
+    const double t0 = pair->t0, n2 = pair->n2 * 0x1p-32, cut = 3 + 1.001 * 0x1p-16 * pair->n2;
+    uint8_t any_failed = 0, any_unsure = 0;
+    uint32_t near[N], far[N], there[N];
+
+    for (uint32_t q = 0; q < N; q++) {
+        uint32_t lo = x[q] < y[q] ? x[q] : y[q], hi = x[q] < y[q] ? y[q] : x[q];
+        double r = (double)lo, apart = (double)(hi - lo);
+        double gate = t0 + r * ((double)c[q * step] * 0x1p-16) + r * r * n2;
+        double margin = 0x1p-50 * gate + cut;
+
+        near[q] = apart <= gate - margin;
+        far[q] = apart > gate + margin;
+        there[q] = lo != 0;
+    }
+    for (uint32_t q = 0; q < N; q++) {
+        joined[q] = (uint8_t)(near[q] & there[q]);
+        failed[q] = (uint8_t)(far[q] & there[q]);
+        unsure[q] = (uint8_t)(there[q] & ((near[q] | far[q]) ^ 1));
+        any_failed |= failed[q];
+        any_unsure |= unsure[q];
+    }
+    return (struct dx_row_joined){any_failed, any_unsure};
+}
+
+static struct dx_row_joined join_wide_row(uint8_t *restrict joined, uint8_t *restrict failed,
+                                          uint8_t *restrict unsure,
+                                          const struct dx_row_wide_pair *pair, uint32_t c)
+{
+    return join_wide_rows(joined, failed, unsure, pair, &c, 0);
+}
+
+static struct dx_row_joined join_wide_each_row(uint8_t *restrict joined, uint8_t *restrict failed,
+                                               uint8_t *restrict unsure,
+                                               const struct dx_row_wide_pair *pair,
+                                               const uint32_t *c)
+{
+    return join_wide_rows(joined, failed, unsure, pair, c, 1);
+}
+
 /* ---- mixed pixels --------------------------------------------------------------------------- */
 
 static inline __attribute__((always_inline)) void vote_columns(uint8_t *restrict alive,
@@ -142,164 +190,6 @@ static void missing_row(struct dx_row_missing *restrict out, const uint8_t *cons
     out->has_lone = out->has_crowded = 0;
     missing_columns(out, valid, two, 0, 64);
     missing_columns(out, valid, two, 64, N);
-}
-
-/* ---- bends ---------------------------------------------------------------------------------- */
-
-/*
- * Rounding: an f32 is off by 2^-24 of itself. An inverse range takes one rounding, a residual three
- * products and two differences more, a bend one sum, the bias seven operations: all that together
- * is below 16 of them. The integers are cut to whole numbers: eight inverse ranges with weights of
- * at most 1 and the noise, below 16 units.
- */
-#define ROUNDING 0x1p-20f
-#define CUTS     16.0f
-#define TOO_NEAR 0x1p60f
-
-static void inverse_row(float *restrict out, const uint16_t *range)
-{
-    float r[N];
-
-    for (uint32_t q = 0; q < N; q++)
-        r[q] = (float)range[q];
-    for (uint32_t q = 0; q < N; q++) {
-        float inverse = r[q] < 16 ? TOO_NEAR : 0x1p40f / r[q];
-
-        out[q] = r[q] > 0 ? inverse : 0;
-    }
-}
-
-static inline __attribute__((always_inline)) void residual_at(struct dx_row_residuals *restrict out,
-                                                              const float *const inverse[3],
-                                                              uint32_t j,
-                                                              const struct dx_row_weights *w)
-{
-    const float *above = inverse[0], *here = inverse[1] + 1, *below = inverse[2];
-    float ac = above[j] * w->ac[0] + below[j + 2] * w->ac[1];
-    float bd = above[j + 2] * w->bd[0] + below[j] * w->bd[1];
-
-    out->ac[j] = here[j] - ac;
-    out->bd[j] = here[j] - bd;
-    out->size[j] = here[j] + ac + bd;
-}
-
-static void residuals_row(struct dx_row_residuals *restrict out, const float *const inverse[3],
-                          const struct dx_row_weights *w)
-{
-    const struct dx_row_weights of_row = *w;
-
-    for (uint32_t j = 0; j < CORNERS; j++)
-        residual_at(out, inverse, j, &of_row);
-}
-
-static void residuals_each_row(struct dx_row_residuals *restrict out, const float *const inverse[3],
-                               const struct dx_row_weights *w)
-{
-    for (uint32_t j = 0; j < CORNERS; j++)
-        residual_at(out, inverse, j, &w[j]);
-}
-
-static inline float min32(float x, float y)
-{
-    return x < y ? x : y;
-}
-
-static inline float sigma_of(const struct dx_row_sigma *s, float r)
-{
-    return min32(s->max, s->a0 + r * (s->a1 + r * s->a2));
-}
-
-/* What one diagonal bends more than the other, less the bias: positive for b-d. `margin` is how far
- * it can be from what integers say. 2^-47: the noise of q is sigma8 q / r, with q / r = q^2 / 2^40,
- * in 1/256, doubled. */
-static inline void compare_bends(float *restrict more, float *restrict margin,
-                                 const struct dx_row_bend *row, const struct dx_row_sigma *sigma)
-{
-    const struct dx_row_residuals *top = row->top, *bottom = row->bottom;
-    const struct dx_row_sigma s = *sigma;
-
-    for (uint32_t j = 0; j < CELLS; j++) {
-        float ac = fabsf(top->ac[j] + bottom->ac[j + 1]);
-        float bd = fabsf(top->bd[j + 1] + bottom->bd[j]);
-        float size = top->size[j] + top->size[j + 1] + bottom->size[j] + bottom->size[j + 1];
-        float slope = row->inverse[j] * row->inverse[j] * 0x1p-47f;
-        float bias = sigma_of(&s, (float)row->range[j]) * slope;
-
-        more[j] = ac - bd - bias;
-        margin[j] = ROUNDING * (size + bias) + s.off * slope + CUTS;
-    }
-}
-
-/* The same of the ranges of the corners; 4 sqrt2 sigma. */
-static inline void compare_corners(float *restrict more, float *restrict margin,
-                                   const struct dx_row_bend *row, const struct dx_row_sigma *sigma)
-{
-    const uint16_t *top = row->range, *bottom = row->range_below;
-    const struct dx_row_sigma s = *sigma;
-    const float scale = 1448 / 65536.0f;
-    uint16_t nearest[CELLS], ac[CELLS], bd[CELLS];
-
-    for (uint32_t j = 0; j < CELLS; j++) {
-        uint16_t a = top[j], b = top[j + 1], c = bottom[j + 1], d = bottom[j];
-
-        nearest[j] = min16(min16(a, c), min16(b, d));
-        ac[j] = (uint16_t)(max16(a, c) - min16(a, c));
-        bd[j] = (uint16_t)(max16(b, d) - min16(b, d));
-    }
-    for (uint32_t j = 0; j < CELLS; j++) {
-        float bias = sigma_of(&s, (float)nearest[j]) * scale;
-
-        more[j] = (float)ac[j] - (float)bd[j] - bias;
-        margin[j] = ROUNDING * bias + s.off * scale;
-    }
-}
-
-static inline void choose_lanes(float *restrict out, const float *x, const float *y,
-                                const uint8_t *first)
-{
-    for (uint32_t j = 0; j < CELLS; j++) {
-        float a = x[j], b = y[j];
-
-        out[j] = first[j] ? a : b;
-    }
-}
-
-static inline void tell(uint8_t *restrict prefer_bd, uint8_t *restrict unsure, const float *more,
-                        const float *margin)
-{
-    uint16_t prefers[CELLS], sure[CELLS];
-
-    for (uint32_t j = 0; j < CELLS; j++)
-        prefers[j] = more[j] > 0;
-    for (uint32_t j = 0; j < CELLS; j++)
-        sure[j] = fabsf(more[j]) > margin[j]; /* not where it is no number */
-    for (uint32_t j = 0; j < CELLS; j++) {
-        prefer_bd[j] = (uint8_t)prefers[j];
-        unsure[j] = (uint8_t)(sure[j] ^ 1);
-    }
-}
-
-static void bend_row(uint8_t *restrict prefer_bd, uint8_t *restrict unsure,
-                     const struct dx_row_bend *row, const struct dx_row_sigma *sigma)
-{
-    float more[CELLS], margin[CELLS], more_0[CELLS], margin_0[CELLS];
-    float more_here[CELLS], margin_here[CELLS];
-    const uint8_t *const *edge = row->outer;
-    uint8_t outer[CELLS], all = 1;
-
-    for (uint32_t j = 0; j < CELLS; j++) {
-        outer[j] = edge[0][j] & edge[1][j] & edge[2][j] & edge[3][j];
-        all &= outer[j];
-    }
-    compare_bends(more, margin, row, sigma);
-    if (all) {
-        tell(prefer_bd, unsure, more, margin);
-        return;
-    }
-    compare_corners(more_0, margin_0, row, sigma);
-    choose_lanes(more_here, more, more_0, outer);
-    choose_lanes(margin_here, margin, margin_0, outer);
-    tell(prefer_bd, unsure, more_here, margin_here);
 }
 
 /* ---- cells ---------------------------------------------------------------------------------- */

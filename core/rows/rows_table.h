@@ -1,14 +1,51 @@
 /* All loops, and the table of them: included by each rows_SET.c, after its own put_... . */
 #include "core/rows/rows_rules.h"
+
+#define TOO_NEAR INFINITY /* nothing is sure beside it */
+
+/*
+ * An f32 is off by 2^-24 of itself. An inverse range takes one rounding, a residual three products
+ * and two differences more, a bend one sum, the bias seven operations: all that together is below
+ * 16 of them. The integers are cut to whole numbers: eight inverse ranges with weights of at most 1
+ * and the noise, below 16 units. The noise of q is sigma8 q / r, with q / r = q^2 / 2^40.
+ */
+#define REAL        float
+#define RANGE       uint16_t
+#define NAME(x)     narrow_##x
+#define ABS(x)      fabsf(x)
+#define INVERSE(r)  (0x1p40f / (r))
+#define SLOPE(q, r) ((q) * (q)*0x1p-47f)
+#define ROUNDING    0x1p-20f
+#define CUTS        16.0f
+#include "core/rows/rows_bends.h"
+
+/* f64 holds the integers' inverse ranges themselves: only the noise is cut. */
+#define REAL        double
+#define RANGE       uint32_t
+#define NAME(x)     wide_##x
+#define ABS(x)      fabs(x)
+#define INVERSE(r)  floor(0x1p40 / (r))
+#define SLOPE(q, r) ((q) / (r)*0x1p-7)
+#define ROUNDING    0x1p-48
+#define CUTS        1.0
+#include "core/rows/rows_bends.h"
+
 #include "core/rows/rows_tiles.h"
 #include "core/rows/rows_wire.h"
+
+#define BENDS(kind)                                                                                \
+    {                                                                                              \
+        .inverse = kind##_inverse, .residuals = kind##_residuals,                                  \
+        .residuals_each = kind##_residuals_each, .bend = kind##_bend,                              \
+    }
 
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
         .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
-        .join_each = join_each_row, .vote = vote_row, .missing = missing_row,                      \
-        .inverse = inverse_row, .residuals = residuals_row, .residuals_each = residuals_each_row,  \
-        .bend = bend_row, .code = code_row, .use = use_row, .rank = rank_all,                      \
-        .narrow = narrow_all, .spin = spin_row, .emit = emit_row, .keep = keep_row,                \
-        .put16 = put16_row, .deltas = deltas_row,                                                  \
+        .join_each = join_each_row, .join_wide = join_wide_row,                                    \
+        .join_wide_each = join_wide_each_row, .vote = vote_row, .missing = missing_row,            \
+                                                                                                   \
+        .narrow = BENDS(narrow), .wide = BENDS(wide), .code = code_row, .use = use_row,            \
+        .rank = rank_all, .halves = halves_all, .spin = spin_row, .emit = emit_row,                \
+        .keep = keep_row, .put16 = put16_row, .deltas = deltas_row,                                \
     }

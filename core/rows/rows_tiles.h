@@ -45,7 +45,7 @@ static uint32_t rank_all(uint16_t *restrict rank, const uint8_t *used, uint32_t 
     return n;
 }
 
-static uint32_t narrow_all(uint16_t *restrict out, const uint32_t *range, const uint8_t *used,
+static uint32_t halves_all(uint16_t *restrict out, const uint32_t *range, const uint8_t *used,
                            uint32_t n_eights)
 {
     uint32_t all = 0;
