@@ -23,7 +23,7 @@ docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 INSTALL ?= install
 
-PACKAGES := libsystemd yaml-0.1 jansson libpng zlib
+PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 # gcc 12 has dropped calls of a function whose stores its -fivopts had given addresses relative to another
