@@ -241,7 +241,7 @@ static void put_statistics(struct summary *s, const struct dx_mcap_writer *w)
     const struct dx_mcap_def_table *channels = &w->defs.channels;
     const struct dx_mcap_statistics *st = &w->stats;
     uint64_t start = dx_mcap_piece_at(&s->piece);
-    uint8_t bytes[DX_MCAP_RECORD_HEAD + 50];
+    uint8_t bytes[DX_MCAP_RECORD_HEAD + 46];
     struct dx_writer out = dx_writer_init(bytes, sizeof(bytes));
     uint32_t n = 0;
 
