@@ -80,6 +80,7 @@ static int scan_message(struct dx_mcap_scan *s)
         s->run = (struct dx_mcap_part){.at.offset = s->at, .is_run = true};
     count(s, &s->run, &m);
     s->run.at.len += s->len;
+    s->run.records_len = (uint32_t)s->run.at.len;
     return 0;
 }
 
@@ -121,6 +122,17 @@ static bool is_sound(struct dx_mcap_scan *s)
            dx_mcap_chunk_is_sound(&c, s->len);
 }
 
+static void check_length(struct dx_mcap_scan *s, const struct dx_mcap_part *part)
+{
+    uint64_t known;
+    struct dx_mcap_chunk c;
+
+    if (dx_mcap_view_chunk(s->r, part, &c) < 0)
+        return;
+    known = (uint64_t)(c.records.p - s->r->view.bytes) + s->r->view.offset + c.records.len - s->at;
+    s->len = dx_mcap_true_len(s->r, s->at, s->len, known);
+}
+
 static int scan_chunk(struct dx_mcap_scan *s)
 {
     struct dx_mcap_part part = {.at = {s->at, s->len}};
@@ -131,10 +143,14 @@ static int scan_chunk(struct dx_mcap_scan *s)
         return rc;
     if (rc) {
         dx_mcap_note(s->r, s->at, s->len, "%s", s->r->why.text);
-        return s->len <= 2 * s->r->max_chunk && is_sound(s) ? 0 : DX_MCAP_E_RESYNC;
+        return rc != -EBADMSG || (s->len <= 2 * s->r->max_chunk && is_sound(s)) ? 0
+                                                                                : DX_MCAP_E_RESYNC;
     }
+    part.records_len = (uint32_t)records.len;
     rc = scan_records(s, &part, records);
     dx_mcap_unload(s->r, &part);
+    if (rc == 0)
+        check_length(s, &part);
     return rc ? rc : dx_mcap_parts_add(&s->r->parts, &part);
 }
 

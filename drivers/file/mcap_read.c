@@ -29,28 +29,42 @@ static int view_grow(struct dx_mcap_view *v, size_t len)
     return 0;
 }
 
+/* Fills the view from `offset` on: more than is asked for, since the next records follow; only that
+ * where a part of it cannot be read. */
+static int view_fill(struct dx_mcap_reader *r, uint64_t offset, size_t len)
+{
+    struct dx_mcap_view *v = &r->view;
+    uint64_t left = r->source.len - offset;
+    size_t n = len < PIECE ? PIECE : len;
+    int rc;
+
+    n = n < left ? n : (size_t)left;
+    rc = view_grow(v, n);
+    v->len = 0;
+    if (rc)
+        return rc;
+    rc = r->source.read(r->source.ctx, offset, v->bytes, n);
+    if (rc && n > len) {
+        n = len;
+        rc = r->source.read(r->source.ctx, offset, v->bytes, n);
+    }
+    v->offset = offset;
+    v->len = rc ? 0 : n;
+    return rc;
+}
+
 int dx_mcap_view_get(struct dx_mcap_reader *r, uint64_t offset, size_t len, const uint8_t **out)
 {
     struct dx_mcap_view *v = &r->view;
-    uint64_t left;
-    size_t n;
-    int rc;
 
     if (offset > r->source.len || len > r->source.len - offset)
         return -EBADMSG;
     if (offset < v->offset || offset - v->offset > v->len ||
         len > v->len - (size_t)(offset - v->offset)) {
-        left = r->source.len - offset;
-        n = len < PIECE ? PIECE : len;
-        n = n < left ? n : (size_t)left;
-        rc = view_grow(v, n);
-        v->len = 0;
-        if (rc == 0)
-            rc = r->source.read(r->source.ctx, offset, v->bytes, n);
+        int rc = view_fill(r, offset, len);
+
         if (rc)
             return rc;
-        v->offset = offset;
-        v->len = n;
     }
     *out = v->bytes + (offset - v->offset);
     return 0;
@@ -91,6 +105,21 @@ int dx_mcap_record_at(struct dx_mcap_reader *r, uint64_t offset, uint64_t end, u
     *op = p[0];
     *len = DX_MCAP_RECORD_HEAD + body_len;
     return 0;
+}
+
+uint64_t dx_mcap_true_len(struct dx_mcap_reader *r, uint64_t offset, uint64_t claimed,
+                          uint64_t known)
+{
+    uint64_t next_len;
+    uint8_t op = 0;
+
+    if (known == claimed ||
+        dx_mcap_record_at(r, offset + known, r->source.len, &op, &next_len) < 0 ||
+        op > DX_MCAP_DATA_END)
+        return claimed;
+    dx_mcap_note(r, offset, known, "record claims %llu bytes more than it has",
+                 (unsigned long long)(claimed - known));
+    return known;
 }
 
 /* ---- what was found ---------------------------------------------------------------------------
@@ -226,7 +255,8 @@ static int read_start(struct dx_mcap_reader *r, struct dx_err *err)
     }
     dx_mcap_text_copy(r->profile, sizeof(r->profile), profile);
     dx_mcap_text_copy(r->library, sizeof(r->library), library);
-    r->data_start += len;
+    r->data_start += dx_mcap_true_len(
+        r, DX_MCAP_MAGIC_LEN, len, DX_MCAP_RECORD_HEAD + 8 + (uint64_t)profile.len + library.len);
     return 0;
 }
 

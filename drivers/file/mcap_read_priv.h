@@ -11,7 +11,8 @@
 /* A chunk, or a run of messages outside of chunks (which is read as a chunk of its own). */
 struct dx_mcap_part {
     struct dx_mcap_extent at;
-    uint64_t start, end; /* log times */
+    uint64_t start, end;  /* log times */
+    uint32_t records_len; /* decompressed; known once it was scanned */
     uint8_t compression;
     bool is_run;
     bool is_bad; /* could not be read, and that was noted */
@@ -89,6 +90,11 @@ __attribute__((format(printf, 4, 5))) void dx_mcap_note(struct dx_mcap_reader *r
  */
 int dx_mcap_record_at(struct dx_mcap_reader *r, uint64_t offset, uint64_t end, uint8_t *op,
                       uint64_t *len);
+
+/* Of a good record that claims to be longer than its fields: these are of a later version, or its
+ * length is damaged. It is that (and noted) when another record begins behind the known fields. */
+uint64_t dx_mcap_true_len(struct dx_mcap_reader *r, uint64_t offset, uint64_t claimed,
+                          uint64_t known);
 
 /* -ENOMEM, -E2BIG: more than a file may have. */
 int dx_mcap_parts_add(struct dx_mcap_parts *parts, const struct dx_mcap_part *part);

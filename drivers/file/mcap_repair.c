@@ -7,44 +7,47 @@
 #include <errno.h>
 #include <stdio.h>
 
-/* Of the shortest messages, more do not fit into a chunk. */
-#define MAX_MESSAGES                                                                               \
-    ((uint32_t)(DX_MCAP_MAX_CHUNK / (DX_MCAP_RECORD_HEAD + DX_MCAP_MESSAGE_HEAD)) + 1)
-
 struct repair {
     struct dx_mcap_reader *r;
     struct dx_mcap_writer *w;
     struct dx_mcap_repaired *out;
 };
 
-static uint32_t at_least_1(uint32_t n)
+/* The two tables' sizes and the largest part: what the writer must be able to hold. */
+static struct dx_mcap_writer_config needed(const struct dx_mcap_reader *r)
 {
-    return n ? n : 1;
+    uint32_t n_defs =
+        r->defs.channels.n > r->defs.schemas.n ? r->defs.channels.n : r->defs.schemas.n;
+    size_t largest = 0, most = DX_MCAP_MAX_CHUNK - r->defs.len - 100;
+    struct dx_mcap_writer_config c = {
+        .compression = DX_MCAP_ZSTD,
+        .chunk_ns = UINT64_MAX,
+        .max_channels = n_defs ? n_defs : 1,
+        .max_defs = r->defs.len + 1,
+        .profile = r->profile,
+    };
+
+    for (uint32_t k = 0; k < r->parts.n; k++)
+        largest = r->parts.p[k].records_len > largest ? r->parts.p[k].records_len : largest;
+    c.max_messages = (uint32_t)(largest / (DX_MCAP_RECORD_HEAD + DX_MCAP_MESSAGE_HEAD)) + 1;
+    c.max_message = (largest < most ? largest : most) + 1;
+    c.chunk_len =
+        largest + c.max_defs < DX_MCAP_MAX_CHUNK ? largest + c.max_defs : DX_MCAP_MAX_CHUNK;
+    c.index_len = (2 * (size_t)r->parts.n + 16) * (96 + 10 * (size_t)c.max_channels);
+    c.items_len = 96 * ((size_t)r->attachments.n + r->metadata.n + 1) + r->attachments.names_len +
+                  r->metadata.names_len;
+    return c;
 }
 
 /* A writer that takes all the reader can hold; the messages of a part go into one chunk. */
 static int open_writer(struct repair *p, struct dx_err *err)
 {
-    const struct dx_mcap_reader *r = p->r;
-    uint32_t n_defs =
-        r->defs.channels.n > r->defs.schemas.n ? r->defs.channels.n : r->defs.schemas.n;
+    struct dx_mcap_writer_config c = needed(p->r);
     char library[256];
-    struct dx_mcap_writer_config c = {
-        .compression = DX_MCAP_ZSTD,
-        .chunk_len = DX_MCAP_MAX_CHUNK,
-        .chunk_ns = UINT64_MAX,
-        .max_messages = MAX_MESSAGES,
-        .max_channels = at_least_1(n_defs),
-        .max_defs = r->defs.len + 1,
-        .profile = r->profile,
-        .library = library,
-    };
 
-    c.max_message = DX_MCAP_MAX_CHUNK - DX_MCAP_RECORD_HEAD - DX_MCAP_MESSAGE_HEAD - c.max_defs;
-    c.index_len = (2 * (size_t)r->parts.n + 16) * (96 + 10 * (size_t)c.max_channels);
-    c.items_len = 96 * ((size_t)r->attachments.n + r->metadata.n + 1) + r->attachments.names_len +
-                  r->metadata.names_len;
-    snprintf(library, sizeof(library), "dexeld " DEXELD_VERSION ", repaired; was: %s", r->library);
+    snprintf(library, sizeof(library), "dexeld " DEXELD_VERSION ", repaired; was: %s",
+             p->r->library);
+    c.library = library;
     return dx_mcap_writer_new(&p->w, &c, err);
 }
 

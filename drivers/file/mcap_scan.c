@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <stdlib.h>
 
+#define SECTOR     512
 #define CHUNK_HEAD (DX_MCAP_RECORD_HEAD + 3 * 8 + 4 + 4) /* up to the name of the compression */
 
 /* The bytes are a chunk's head: a known compression, and lengths that agree with each other and
@@ -34,8 +35,10 @@ static bool find_chunk(struct dx_mcap_reader *r, uint64_t from, uint64_t *found)
     for (uint64_t at = from; at < r->source.len && r->source.len - at >= seen; at++) {
         const uint8_t *p;
 
-        if (dx_mcap_view_get(r, at, seen, &p) < 0)
-            return false;
+        if (dx_mcap_view_get(r, at, seen, &p) < 0) {
+            at |= SECTOR - 1; /* what cannot be read fails by the sector, and slowly */
+            continue;
+        }
         if (p[0] == DX_MCAP_CHUNK && looks_like_chunk(r, at, p)) {
             *found = at;
             return true;

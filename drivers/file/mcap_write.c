@@ -49,6 +49,15 @@ static int check_config(const struct dx_mcap_writer_config *c, struct dx_err *er
     return 0;
 }
 
+/* The caller's texts need not last. */
+static void copy_names(struct dx_mcap_writer *w)
+{
+    strcpy(w->profile, w->config.profile);
+    strcpy(w->library, w->config.library);
+    w->config.profile = w->profile;
+    w->config.library = w->library;
+}
+
 static bool group_init(struct dx_mcap_group *g, size_t cap)
 {
     *g = (struct dx_mcap_group){.bytes = malloc(cap), .cap = cap};
@@ -91,6 +100,7 @@ int dx_mcap_writer_new(struct dx_mcap_writer **out, const struct dx_mcap_writer_
     set_defaults(&w->config);
     rc = check_config(&w->config, err);
     if (rc == 0) {
+        copy_names(w);
         rc = allocate(w);
         if (rc)
             dx_err_set(err, rc, "mcap: no memory for chunks of %zu bytes",

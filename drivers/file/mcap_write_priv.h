@@ -30,7 +30,8 @@ struct dx_mcap_group {
 };
 
 struct dx_mcap_writer {
-    struct dx_mcap_writer_config config;
+    struct dx_mcap_writer_config config; /* its texts are these copies */
+    char profile[DX_MCAP_MAX_NAME + 1], library[DX_MCAP_MAX_NAME + 1];
     struct dx_mcap_sink sink;
     struct dx_mcap_packer *packer;
     struct dx_mcap_defs defs;
