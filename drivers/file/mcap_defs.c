@@ -4,29 +4,18 @@
 #include <errno.h>
 #include <stdlib.h>
 
-#define N_IDS 65536
-
-static int table_init(struct dx_mcap_def_table *t)
-{
-    t->place = calloc(N_IDS, sizeof(*t->place));
-    return t->place ? 0 : -ENOMEM;
-}
-
 static void table_fini(struct dx_mcap_def_table *t)
 {
     for (uint32_t k = 0; k < t->n; k++)
         free(t->defs[k]);
     free(t->defs);
-    free(t->place);
+    for (int high = 0; high < 256; high++)
+        free(t->place[high]);
 }
 
-int dx_mcap_defs_init(struct dx_mcap_defs *d, uint32_t max_n, size_t max_len)
+void dx_mcap_defs_init(struct dx_mcap_defs *d, uint32_t max_n, size_t max_len)
 {
     *d = (struct dx_mcap_defs){.max_n = max_n, .max_len = max_len};
-    if (table_init(&d->schemas) == 0 && table_init(&d->channels) == 0)
-        return 0;
-    dx_mcap_defs_fini(d);
-    return -ENOMEM;
 }
 
 void dx_mcap_defs_fini(struct dx_mcap_defs *d)
@@ -38,16 +27,21 @@ void dx_mcap_defs_fini(struct dx_mcap_defs *d)
 
 struct dx_mcap_def *dx_mcap_def_find(const struct dx_mcap_def_table *t, uint16_t id)
 {
-    uint32_t place = t->place[id];
+    const uint32_t *places = t->place[id >> 8];
+    uint32_t place = places ? places[id & 255] : 0;
 
     return place ? t->defs[place - 1] : NULL;
 }
 
-static int table_grow(struct dx_mcap_def_table *t)
+static int table_grow(struct dx_mcap_def_table *t, uint16_t id)
 {
     uint32_t cap = t->cap ? 2 * t->cap : 16;
     struct dx_mcap_def **defs;
 
+    if (!t->place[id >> 8])
+        t->place[id >> 8] = calloc(256, sizeof(uint32_t));
+    if (!t->place[id >> 8])
+        return -ENOMEM;
     if (t->n < t->cap)
         return 0;
     defs = realloc(t->defs, cap * sizeof(struct dx_mcap_def *));
@@ -66,13 +60,13 @@ static int add(struct dx_mcap_defs *d, struct dx_mcap_def_table *t, uint16_t id,
 
     if (t->n >= d->max_n || len > d->max_len - d->len)
         return -E2BIG;
-    def = table_grow(t) == 0 ? calloc(1, sizeof(*def) + len) : NULL;
+    def = table_grow(t, id) == 0 ? calloc(1, sizeof(*def) + len) : NULL;
     if (!def)
         return -ENOMEM;
     def->order = t->n;
     def->len = len;
     t->defs[t->n++] = def;
-    t->place[id] = t->n;
+    t->place[id >> 8][id & 255] = t->n;
     d->len += len;
     *out = def;
     return 0;

@@ -21,7 +21,7 @@ struct dx_mcap_def {
 struct dx_mcap_def_table {
     struct dx_mcap_def **defs;
     uint32_t n, cap;
-    uint32_t *place; /* of each id: order + 1; 0: none */
+    uint32_t *place[256]; /* of an id, by its high and its low byte: order + 1; 0 or NULL: none */
 };
 
 struct dx_mcap_defs {
@@ -30,8 +30,8 @@ struct dx_mcap_defs {
     size_t len, max_len;
 };
 
-/* -ENOMEM. `max_n`: of each kind, at most 65536; `max_len`: bytes of all records. */
-int dx_mcap_defs_init(struct dx_mcap_defs *d, uint32_t max_n, size_t max_len);
+/* `max_n`: of each kind, at most 65536; `max_len`: bytes of all records. */
+void dx_mcap_defs_init(struct dx_mcap_defs *d, uint32_t max_n, size_t max_len);
 void dx_mcap_defs_fini(struct dx_mcap_defs *d);
 
 /* Copies one in; the same again is fine. Errors: -EEXIST, the id is another's; -E2BIG, a bound;

@@ -134,9 +134,13 @@ static int unpack(struct dx_mcap_reader *r, const struct dx_mcap_chunk *c, struc
     int compression = dx_mcap_compression_find(c->compression);
     size_t len = (size_t)c->uncompressed_len;
     uint32_t crc;
+    int rc;
 
-    if (dx_mcap_unpacker_run(r->unpacker, (enum dx_mcap_compression)compression, s->bytes, len,
-                             c->records.p, c->records.len) < 0)
+    rc = dx_mcap_unpacker_run(r->unpacker, (enum dx_mcap_compression)compression, s->bytes, len,
+                              c->records.p, c->records.len);
+    if (rc == -ENOMEM)
+        return rc;
+    if (rc)
         return dx_err_set(&r->why, -EBADMSG, "chunk does not decompress to %zu bytes", len);
     crc = c->crc ? dx_crc32(0, s->bytes, len) : 0;
     if (crc != c->crc)

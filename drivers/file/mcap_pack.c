@@ -81,15 +81,6 @@ int dx_mcap_unpacker_new(struct dx_mcap_unpacker **out)
 
     if (!u)
         return -ENOMEM;
-    for (int c = 0; c < DX_MCAP_N_COMPRESSIONS; c++) {
-        if (!compressions[c].codec)
-            continue;
-        u->ctx[c] = compressions[c].codec->unpack_new();
-        if (!u->ctx[c]) {
-            dx_mcap_unpacker_free(u);
-            return -ENOMEM;
-        }
-    }
     *out = u;
     return 0;
 }
@@ -105,8 +96,12 @@ void dx_mcap_unpacker_free(struct dx_mcap_unpacker *u)
 int dx_mcap_unpacker_run(struct dx_mcap_unpacker *u, enum dx_mcap_compression c, uint8_t *out,
                          size_t len, const uint8_t *in, size_t in_len)
 {
-    if (compressions[c].codec)
-        return compressions[c].codec->unpack(u->ctx[c], out, len, in, in_len);
+    const struct dx_mcap_codec *codec = compressions[c].codec;
+
+    if (codec && !u->ctx[c])
+        u->ctx[c] = codec->unpack_new();
+    if (codec)
+        return u->ctx[c] ? codec->unpack(u->ctx[c], out, len, in, in_len) : -ENOMEM;
     if (len != in_len)
         return -EBADMSG;
     if (len)

@@ -27,10 +27,12 @@ size_t dx_mcap_packer_bound(const struct dx_mcap_packer *p, size_t len);
 int64_t dx_mcap_packer_run(struct dx_mcap_packer *p, uint8_t *out, size_t room, const uint8_t *in,
                            size_t len);
 
+/* For all of them; the context of each is made when it is first needed. */
 struct dx_mcap_unpacker;
 int dx_mcap_unpacker_new(struct dx_mcap_unpacker **out);
 void dx_mcap_unpacker_free(struct dx_mcap_unpacker *u);
-/* Unpacks to exactly `len` bytes, all of the input. -EBADMSG: damaged, or another length. */
+/* Unpacks to exactly `len` bytes, all of the input. -EBADMSG: damaged, or another length. -ENOMEM.
+ */
 int dx_mcap_unpacker_run(struct dx_mcap_unpacker *u, enum dx_mcap_compression c, uint8_t *out,
                          size_t len, const uint8_t *in, size_t in_len);
 

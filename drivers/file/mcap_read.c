@@ -285,9 +285,8 @@ int dx_mcap_reader_open(struct dx_mcap_reader **out, const struct dx_mcap_source
     r->source = *source;
     r->max_chunk =
         o->max_chunk && o->max_chunk < DX_MCAP_MAX_CHUNK ? o->max_chunk : DX_MCAP_MAX_CHUNK;
-    rc = dx_mcap_defs_init(&r->defs, 65536, DX_MCAP_MAX_DEFS);
-    if (rc == 0)
-        rc = dx_mcap_unpacker_new(&r->unpacker);
+    dx_mcap_defs_init(&r->defs, 65536, DX_MCAP_MAX_DEFS);
+    rc = dx_mcap_unpacker_new(&r->unpacker);
     if (rc == 0)
         rc = read_all(r, o->scan, err);
     else
@@ -304,8 +303,7 @@ void dx_mcap_reader_free(struct dx_mcap_reader *r)
 {
     if (!r)
         return;
-    if (r->defs.schemas.place)
-        dx_mcap_defs_fini(&r->defs);
+    dx_mcap_defs_fini(&r->defs);
     dx_mcap_unpacker_free(r->unpacker);
     dx_mcap_items_clear(&r->attachments);
     dx_mcap_items_clear(&r->metadata);

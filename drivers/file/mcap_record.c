@@ -91,10 +91,13 @@ int dx_mcap_next_pair(struct dx_mcap_pair *out, struct dx_reader *r)
 static struct dx_mcap_bytes read_map(struct dx_reader *r)
 {
     struct dx_mcap_bytes map = read_bytes(r, dx_read_u32(r));
-    struct dx_reader inner = dx_reader_init(map.p, map.len);
     struct dx_mcap_pair pair;
+    struct dx_reader inner;
     int rc;
 
+    if (r->failed)
+        return map;
+    inner = dx_reader_init(map.p, map.len);
     do
         rc = dx_mcap_next_pair(&pair, &inner);
     while (rc == 0);

@@ -88,10 +88,8 @@ static int copy_chunk(struct repair *p, struct dx_mcap_part *part, struct dx_mca
     rc = dx_mcap_view_chunk(p->r, part, &chunk);
     if (rc)
         return rc;
-    if (part->has_messages) {
-        chunk.start = part->start;
-        chunk.end = part->end;
-    }
+    chunk.start = part->start; /* as found; 0 without messages */
+    chunk.end = part->end;
     return dx_mcap_writer_put_chunk(p->w, &chunk);
 }
 

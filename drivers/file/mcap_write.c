@@ -67,11 +67,11 @@ static bool group_init(struct dx_mcap_group *g, size_t cap)
 static int allocate(struct dx_mcap_writer *w)
 {
     const struct dx_mcap_writer_config *c = &w->config;
-    int rc = dx_mcap_defs_init(&w->defs, c->max_channels, c->max_defs);
+    int rc;
 
+    dx_mcap_defs_init(&w->defs, c->max_channels, c->max_defs);
     w->chunk_cap = largest_chunk(c);
-    if (rc == 0)
-        rc = dx_mcap_packer_new(&w->packer, c->compression, c->level, w->chunk_cap);
+    rc = dx_mcap_packer_new(&w->packer, c->compression, c->level, w->chunk_cap);
     if (rc)
         return rc;
     w->chunk = malloc(w->chunk_cap);
