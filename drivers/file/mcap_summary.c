@@ -199,8 +199,10 @@ static void use_summary(struct dx_mcap_reader *r)
     r->n_messages = s->n_messages;
     r->start = s->start;
     r->end = s->end;
-    /* messages outside of chunks are in no index */
-    r->indexed = s->n_chunks == r->parts.n && (r->parts.n > 0 || s->n_messages == 0);
+    /* messages outside of chunks are in no index; channels that it does not repeat may stand in
+     * any chunk */
+    r->indexed = s->n_chunks == r->parts.n && (r->parts.n > 0 || s->n_messages == 0) &&
+                 s->n_channels <= r->defs.channels.n && s->n_schemas <= r->defs.schemas.n;
 }
 
 int dx_mcap_read_summary(struct dx_mcap_reader *r)
