@@ -53,7 +53,7 @@ UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers compare-scans \
+.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-peers compare-scans peers-mcap \
         asan tsan fuzz format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -69,6 +69,7 @@ help:
 	@echo 'make bench       benchmarks (ratios within one run)'
 	@echo 'make bench-peers  the same frames through PCL as well, in turn (installs libpcl-dev)'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
+	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -164,6 +165,8 @@ bench-peers: all
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
 compare-scans: all $(PEERS)
 	@B=$(B) sh tests/peers/compare_scans.sh
+peers-mcap: all $(B)/peers/mcap_peer
+	@B=$(B) sh tests/peers/mcap.sh
 $(B)/peers/%: $(B)/obj/tests/peers/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
