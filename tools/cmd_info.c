@@ -49,7 +49,7 @@ static int set_option(struct args *a, int opt, const char *text)
         a->options.quick = true;
         return 0;
     case OPT_GAP:
-        if (dx_arg_double(&seconds, &(struct dx_arg){"dexel info", "--gap", text}, 1e-6, 1e6,
+        if (dx_arg_double(&seconds, &(struct dx_arg){"dexel info", "--gap", text}, 1e-9, 1e6,
                           "seconds") < 0)
             return -EINVAL;
         a->options.gap_ns = (uint64_t)(seconds * 1e9);
