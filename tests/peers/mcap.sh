@@ -11,9 +11,9 @@ command -v node >/dev/null && command -v npm >/dev/null || skip "no node or no n
 js=$B/peers/mcap-js
 mkdir -p "$js"
 [ -e "$js/package.json" ] || echo '{"name": "mcap-peer", "private": true}' >"$js/package.json"
-if [ ! -d "$js/node_modules/@mcap/core" ] || [ ! -d "$js/node_modules/lz4js" ]; then
+if [ ! -d "$js/node_modules/@mcap/core" ] || [ ! -d "$js/node_modules/@foxglove/rosmsg2-serialization" ]; then
   (cd "$js" && timeout 300 npm install --no-audit --no-fund --ignore-scripts --save-exact @mcap/core@2.2.2 \
-    @mcap/support@1.1.0 lz4js@0.2.0 >npm.log 2>&1) || skip "npm could not install @mcap/core: $(tail -n 1 "$js/npm.log")"
+    @mcap/support@1.1.0 lz4js@0.2.0 @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0 >npm.log 2>&1) || skip "npm could not install @mcap/core: $(tail -n 1 "$js/npm.log")"
 fi
 cp tests/peers/mcap_peer.mjs "$js/"
 run=$(mktemp -d)
@@ -55,6 +55,21 @@ for c in none lz4 zstd; do
   "$B/bin/dexel" convert --repair "$f" -o "$run/fixed.mcap" 2>/dev/null || fail "$c: repair of a hole"
   same "$c, with a hole and repaired" "$run/fixed.mcap" list
 done
+
+echo "-- a cloud, decoded by @foxglove/rosmsg2-serialization with the schema in the file"
+ours cloud "$run/cloud.mcap"
+theirs cloud "$run/cloud.mcap" >"$run/theirs" || fail "cloud: their decoder"
+cloud='scanner 1700000000.500000000 2x3 step 14 42 big false dense false
+x:0:7:1 y:4:7:1 z:8:7:1 intensity:12:4:1
+0 0 0.5 0
+0 1 0.5 1000
+0 2 0.5 2000
+1 0 0.5 3000
+1 1 0.5 4000
+NaN NaN NaN 5000'
+printf '%s\n%s\n' "$cloud" "$cloud" >"$run/ours"
+cmp -s "$run/ours" "$run/theirs" || fail "cloud: $(diff "$run/ours" "$run/theirs" | head -n 5)"
+echo "same  2 clouds"
 
 echo "-- theirs, read by us"
 for c in none lz4 zstd; do

@@ -2,12 +2,14 @@
  * Our side of tests/peers/mcap.sh: writes a recording with everything in it, or lists one in the
  * same words as mcap_peer.mjs does.
  *   mcap_peer write FILE none|lz4|zstd
+ *   mcap_peer cloud FILE            a PointCloud2 of 2 x 3 points, twice
  *   mcap_peer list|stream FILE      by log time and index, or in the order of the file
  */
 #include "core/base/rng.h"
 #include "drivers/file/crc32.h"
 #include "drivers/file/mcap_read.h"
 #include "drivers/file/mcap_write.h"
+#include "drivers/file/ros_cloud.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -114,6 +116,66 @@ static void write_file(const char *path, const char *compression)
     free(data);
     if (close(fd) != 0)
         die(path, -errno);
+}
+
+/* Points (row, col, 0.5) and an attribute; the last one without return. */
+static size_t make_cloud(uint8_t *out, size_t room)
+{
+    struct dx_ros_cloud c = {.stamp_ns = UINT64_C(1700000000500000000),
+                             .frame_id = "scanner",
+                             .frame_id_len = 7,
+                             .height = 2,
+                             .width = 3};
+    uint8_t *p;
+
+    dx_ros_cloud_add_field(&c, "x", DX_ROS_FLOAT32);
+    dx_ros_cloud_add_field(&c, "y", DX_ROS_FLOAT32);
+    dx_ros_cloud_add_field(&c, "z", DX_ROS_FLOAT32);
+    dx_ros_cloud_add_field(&c, "intensity", DX_ROS_UINT16);
+    p = dx_ros_cloud_put(&c, out, room);
+    if (!p)
+        die("cloud", -ENOSPC);
+    for (uint32_t k = 0; k < 6; k++, p += c.point_step) {
+        const float nan = __builtin_nanf(""), xyz[3] = {(float)(k / 3), (float)(k % 3), 0.5f};
+
+        for (int i = 0; i < 3; i++)
+            dx_put_u32(p + 4 * i, dx_f32_bits(k == 5 ? nan : xyz[i]));
+        dx_put_u16(p + 12, (uint16_t)(k * 1000));
+    }
+    return dx_ros_cloud_len(&c);
+}
+
+static void write_cloud(const char *path)
+{
+    const struct dx_mcap_writer_config config = {.profile = "ros2"};
+    const struct dx_mcap_schema schema = {1, dx_mcap_text(DX_ROS_CLOUD_NAME),
+                                          dx_mcap_text("ros2msg"), bytes_of(dx_ros_cloud_schema)};
+    const struct dx_mcap_pair qos = {dx_mcap_text("offered_qos_profiles"), dx_mcap_text("")};
+    uint8_t data[1000], map[64];
+    struct dx_writer out = dx_writer_init(map, sizeof(map));
+    struct dx_mcap_channel channel = {.id = 1,
+                                      .schema_id = 1,
+                                      .topic = dx_mcap_text("/points"),
+                                      .message_encoding = dx_mcap_text("cdr")};
+    struct dx_mcap_message m = {.channel_id = 1, .data = {data, make_cloud(data, sizeof(data))}};
+    int fd = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
+    const struct dx_mcap_sink sink = dx_mcap_sink_fd(fd);
+    struct dx_mcap_writer *w;
+    struct dx_err err;
+
+    if (fd < 0)
+        die(path, -errno);
+    dx_mcap_put_pairs(&out, &qos, 1);
+    channel.metadata = (struct dx_mcap_bytes){map, (size_t)(out.p - map)};
+    must("open", dx_mcap_writer_new(&w, &config, &err));
+    must("schema", dx_mcap_writer_schema(w, &schema));
+    must("channel", dx_mcap_writer_channel(w, &channel));
+    must("begin", dx_mcap_writer_begin(w, &sink));
+    for (m.sequence = 0; m.sequence < 2; m.sequence++)
+        must("message", dx_mcap_writer_message(w, &m));
+    must("finish", dx_mcap_writer_finish(w));
+    dx_mcap_writer_free(w);
+    close(fd);
 }
 
 /* ---- list -------------------------------------------------------------------------------------
@@ -238,6 +300,8 @@ int main(int argc, char **argv)
 {
     if (argc == 4 && strcmp(argv[1], "write") == 0)
         write_file(argv[2], argv[3]);
+    else if (argc == 3 && strcmp(argv[1], "cloud") == 0)
+        write_cloud(argv[2]);
     else if (argc == 3)
         list_file(argv[2], strcmp(argv[1], "stream") == 0);
     else

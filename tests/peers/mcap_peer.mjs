@@ -2,9 +2,12 @@
 // way that library can (it cannot compress with lz4: lz4js does), or lists one in the same words as mcap_peer.c does.
 //   node mcap_peer.mjs write FILE none|lz4|zstd [noindex] [nochunks] [nosummary] [norepeat] [unknown]
 //   node mcap_peer.mjs list|stream FILE
+//   node mcap_peer.mjs cloud FILE       each PointCloud2, decoded by the schema in the file
 import { readFileSync, writeFileSync } from "node:fs";
 import { McapIndexedReader, McapStreamReader, McapWriter } from "@mcap/core";
 import { loadDecompressHandlers } from "@mcap/support";
+import { parse } from "@foxglove/rosmsg";
+import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { crc32 } from "@foxglove/crc";
 import lz4 from "lz4js";
 import * as zstdModule from "@foxglove/wasm-zstd";
@@ -69,6 +72,23 @@ function stream(bytes, decompressHandlers) {
   if (!reader.done()) throw new Error("the stream did not end");
   for (const c of channels.values()) lines.push(channelLine(c, schemas.get(c.schemaId)));
   lines.push(...attachments, ...metadata);
+}
+
+function clouds(bytes, decompressHandlers) {
+  const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
+  let decoder;
+  reader.append(bytes);
+  for (let r; (r = reader.nextRecord()); ) {
+    if (r.type === "Schema") decoder = new MessageReader(parse(new TextDecoder().decode(r.data), { ros2: true }));
+    if (r.type !== "Message") continue;
+    const m = decoder.readMessage(r.data);
+    const view = new DataView(m.data.buffer, m.data.byteOffset, m.data.byteLength);
+    lines.push(`${m.header.frame_id} ${m.header.stamp.sec}.${m.header.stamp.nanosec} ${m.height}x${m.width} ` +
+      `step ${m.point_step} ${m.row_step} big ${m.is_bigendian} dense ${m.is_dense}`);
+    lines.push(m.fields.map((f) => `${f.name}:${f.offset}:${f.datatype}:${f.count}`).join(" "));
+    for (let at = 0; at < m.data.length; at += m.point_step)
+      lines.push([0, 4, 8].map((i) => view.getFloat32(at + i, true)).join(" ") + ` ${view.getUint16(at + 12, true)}`);
+  }
 }
 
 // ---- write ------------------------------------------------------------------------------------------
@@ -166,6 +186,7 @@ if (mode === "write") {
   const bytes = new Uint8Array(readFileSync(path));
   checkDataCrc(bytes);
   if (mode === "list") await list(bytes, handlers);
+  else if (mode === "cloud") clouds(bytes, handlers);
   else stream(bytes, handlers);
   process.stdout.write(lines.join("\n") + "\n");
 }
