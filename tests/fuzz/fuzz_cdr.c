@@ -13,6 +13,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t len)
     for (uint32_t k = 0; k < c.n_fields; k++)
         for (uint32_t row = 0; row < c.height && row < 100; row++)
             for (uint32_t col = 0; col < c.width && col < 100; col++)
-                sum += dx_ros_cloud_value(&c, &c.fields[k], row, col);
+                sum = sum + dx_ros_cloud_value(&c, &c.fields[k], row, col);
     return 0;
 }
