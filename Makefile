@@ -23,7 +23,7 @@ docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 INSTALL ?= install
 
-PACKAGES := libsystemd yaml-0.1 jansson libpng zlib
+PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 # gcc 12 has dropped calls of a function whose stores its -fivopts had given addresses relative to another
@@ -57,7 +57,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-live bench-peers \
-        performance compare-scans asan tsan fuzz format install uninstall clean help FORCE
+        performance compare-scans peers-mcap asan tsan fuzz format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -74,6 +74,7 @@ help:
 	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
 	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
+	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -180,6 +181,8 @@ bench-peers: all
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
 compare-scans: all $(PEERS)
 	@B=$(B) sh tests/peers/compare_scans.sh
+peers-mcap: all $(B)/peers/mcap_peer
+	@B=$(B) sh tests/peers/mcap.sh
 $(B)/peers/%: $(B)/obj/tests/peers/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)

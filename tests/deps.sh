@@ -3,7 +3,7 @@
 set -eu
 
 packages='gcc clang libclang-rt-14-dev clang-format make pkg-config git libsystemd-dev libyaml-dev libjansson-dev
-liblzf-dev libpng-dev zlib1g-dev libcmocka-dev mandoc'
+liblzf-dev liblz4-dev libpng-dev libzstd-dev zlib1g-dev libcmocka-dev mandoc'
 
 missing=
 for p in $packages; do

@@ -3,6 +3,7 @@
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/out_frames.h"
+#include "tools/repair.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -10,7 +11,10 @@
 
 static const char help[] =
     "usage: dexel convert IN OUT [OPTIONS]\n"
-    "Converts a scan file, or a directory or glob of files, by way of the dexel array.\n\n"
+    "       dexel convert --repair IN -o OUT\n"
+    "Converts a scan file, or a directory or glob of files, by way of the dexel array.\n"
+    "With --repair: writes all that can be read of a damaged or cut recording (MCAP)\n"
+    "into a whole one.\n\n"
     "  OUT                 a .ptx or .pcd file, or a directory for frame-NNNNNN files\n"
     "  --format ptx|pcd    of the files in a directory (ptx)\n"
     "  --unit M            range unit, metres (finest that holds the range in 16 "
@@ -18,16 +22,13 @@ static const char help[] =
     "  --exact             the points themselves, not those of their ranges\n\n" DX_THIN_HELP(
         "--size WxH           ");
 
-enum { OPT_FORMAT = 256, OPT_UNIT, OPT_EXACT, OPT_SIZE, OPT_KEEP, OPT_HELP };
+enum { OPT_FORMAT = 256, OPT_UNIT, OPT_EXACT, OPT_SIZE, OPT_KEEP, OPT_REPAIR, OPT_HELP };
 
 static const struct option options[] = {
-    {"format", required_argument, NULL, OPT_FORMAT},
-    {"unit", required_argument, NULL, OPT_UNIT},
-    {"exact", no_argument, NULL, OPT_EXACT},
-    {"size", required_argument, NULL, OPT_SIZE},
-    {"keep", required_argument, NULL, OPT_KEEP},
-    {"help", no_argument, NULL, OPT_HELP},
-    {0},
+    {"format", required_argument, NULL, OPT_FORMAT}, {"unit", required_argument, NULL, OPT_UNIT},
+    {"exact", no_argument, NULL, OPT_EXACT},         {"size", required_argument, NULL, OPT_SIZE},
+    {"keep", required_argument, NULL, OPT_KEEP},     {"repair", no_argument, NULL, OPT_REPAIR},
+    {"help", no_argument, NULL, OPT_HELP},           {0},
 };
 
 struct args {
@@ -35,7 +36,7 @@ struct args {
     enum dx_frame_format format;
     double unit_m; /* 0: from the data */
     struct dx_thin_options thin;
-    bool exact;
+    bool exact, repair;
 };
 
 /* Takes frames from the driver and hands them on to the writer. */
@@ -143,6 +144,12 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_EXACT:
         a->exact = true;
         return 0;
+    case OPT_REPAIR:
+        a->repair = true;
+        return 0;
+    case 'o':
+        a->out = text;
+        return 0;
     case OPT_SIZE:
         return dx_thin_args_size(&a->thin, &(struct dx_arg){"dexel convert", "--size", text});
     case OPT_KEEP:
@@ -152,28 +159,38 @@ static int set_option(struct args *a, int opt, const char *text)
     }
 }
 
+/* IN and OUT, which may also be given as -o OUT. */
+static int take_operands(struct args *a, int argc, char **argv)
+{
+    if (argc - optind != (a->out ? 1 : 2)) {
+        fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n",
+                argc - optind + (a->out ? 1 : 0));
+        return -EINVAL;
+    }
+    a->in = argv[optind];
+    if (!a->out)
+        a->out = argv[optind + 1];
+    return 0;
+}
+
 static int parse(struct args *a, int argc, char **argv)
 {
     struct dx_err err;
     int opt;
 
     *a = (struct args){.format = DX_FRAME_PTX};
-    while ((opt = getopt_long(argc, argv, "", options, NULL)) != -1) {
+    while ((opt = getopt_long(argc, argv, "o:", options, NULL)) != -1) {
         if (opt == OPT_HELP)
             return dx_arg_help(help);
         if (set_option(a, opt, optarg) < 0)
             return -EINVAL;
     }
-    if (argc - optind != 2) {
-        fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n", argc - optind);
+    if (take_operands(a, argc, argv) < 0)
         return -EINVAL;
-    }
     if (dx_thin_args_check(&a->thin, "dexel convert", "--size") < 0 ||
         dx_exact_args_check(a->exact, &a->thin, NULL, "dexel convert") < 0)
         return -EINVAL;
-    a->in = argv[optind];
-    a->out = argv[optind + 1];
-    if (dx_out_frames_check(a->out, &err) == 0)
+    if (a->repair || dx_out_frames_check(a->out, &err) == 0)
         return 0;
     fprintf(stderr, "dexel convert: %s\n", err.text);
     return -EINVAL;
@@ -187,7 +204,7 @@ int cmd_convert(int argc, char **argv)
 
     if (r != 0)
         return r == DX_ARG_E_HELP ? 0 : 2;
-    r = run(&a, &err);
+    r = a.repair ? dx_repair_file(a.in, a.out, "dexel convert", &err) : run(&a, &err);
     if (r < 0)
         fprintf(stderr, "dexel convert: %s\n", err.text[0] ? err.text : strerror(-r));
     return r < 0 ? 1 : 0;

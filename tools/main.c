@@ -16,6 +16,7 @@ static const struct {
     {"status", "dexel status", cmd_status, "show the streams and clients of a running dexeld"},
     {"mesh", "dexel mesh", cmd_mesh, "mesh a scan file without the service"},
     {"convert", "dexel convert", cmd_convert, "convert a scan to another format"},
+    {"info", "dexel info", cmd_info, "tell what is in a scan or recording, and what is damaged"},
     {"sim", "dexel sim", cmd_sim, "simulate a scan of an analytic scene"},
     {"render", "dexel render", cmd_render, "draw a scan or a mesh as a PNG"},
     {"bench", "dexel bench", cmd_bench, "measure this machine"},

@@ -44,7 +44,9 @@ room() { # header-regex allowed-regex
 room 'yaml.h' 'daemon/config'
 room 'png.h' 'tools/out_png.c'
 room 'lzf.h|liblzf' 'drivers/file/in_pcd'
-room 'zlib.h' 'drivers/file/slurp.c'
+room 'zlib.h' 'drivers/file/(slurp|crc32).c'
+room 'zstd.h' 'drivers/file/mcap_zstd.c'
+room 'lz4' 'drivers/file/mcap_lz4.c'
 room 'jansson.h' 'daemon/(control|status)|tools/'
 room 'systemd/' 'daemon/'
 

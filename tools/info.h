@@ -1,0 +1,40 @@
+/*
+ * `dexel info`: for each kind of file a function that tells about it as one JSON object, which is
+ * printed as it is or for people. To add a kind: a file info_NAME.c, listed in cmd_info.c. Every
+ * object has
+ *   file, format     what it is
+ *   sound            nothing is damaged
+ *   damage           [{offset, bytes, text}], and damaged: how many in all
+ * and of scans and of messages what the format has: frames, geometry, width, height, valid;
+ * channels with counts, times and gaps.
+ */
+#ifndef DX_INFO_H
+#define DX_INFO_H
+
+#include "core/base/err.h"
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+struct dx_info_options {
+    bool quick;      /* the index alone, not all the data */
+    uint64_t gap_ns; /* between messages of a channel, what is longer is a gap */
+};
+
+struct dx_info_kind {
+    /* The first bytes of a file (none of a directory or a glob) are this kind's. */
+    bool (*probe)(const uint8_t *bytes, size_t len);
+    /* Fills `out`. Errors: -errno with err; a file that is merely damaged is none. */
+    int (*tell)(json_t *out, const char *path, const struct dx_info_options *o, struct dx_err *err);
+};
+
+extern const struct dx_info_kind dx_info_mcap, dx_info_scan;
+
+/* An item of "damage". */
+json_t *dx_info_damage(uint64_t offset, uint64_t len, const char *text);
+
+/* The object as indented lines; lists of objects as blocks. */
+void dx_info_print(const json_t *object);
+
+#endif

@@ -1,0 +1,36 @@
+/* An MCAP file by its name. */
+#include "tools/mcap_open.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <unistd.h>
+
+int dx_mcap_file_open(struct dx_mcap_file *f, const char *path, bool scan, struct dx_err *err)
+{
+    const struct dx_mcap_read_options o = {.scan = scan};
+    struct dx_mcap_source source;
+    int rc;
+
+    /* O_NONBLOCK: a FIFO is refused, not waited for */
+    f->fd = open(path, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
+    if (f->fd < 0)
+        return dx_err_set(err, -errno, "%s: %s", path, strerror(errno));
+    rc = dx_mcap_source_fd(&source, f->fd);
+    if (rc) {
+        dx_err_set(err, rc, "%s: %s", path, rc == -EINVAL ? "not a regular file" : strerror(-rc));
+    } else {
+        rc = dx_mcap_reader_open(&f->reader, &source, &o, err);
+        if (rc)
+            dx_err_prefix(err, path);
+    }
+    if (rc)
+        close(f->fd);
+    return rc;
+}
+
+void dx_mcap_file_close(struct dx_mcap_file *f)
+{
+    dx_mcap_reader_free(f->reader);
+    close(f->fd);
+}
