@@ -1,6 +1,6 @@
 /*
  * Every instruction set gives what the generic loops give (docs/terrain.md: T6): whole tiles of
- * random frames by all rules, and the loops over tiles on random codes.
+ * random frames by all rules, and the loops over tiles and points on random ones.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -188,6 +188,112 @@ static void every_set_builds_alike(void **state)
     free(tile);
 }
 
+/* ---- the loops over points ------------------------------------------------------------------- */
+
+struct measured {
+    struct dx_row_points turned, stretched, unit;
+    uint8_t within[DX_ROWS_N], unsure[DX_ROWS_N];
+    bool any_unsure;
+};
+
+struct places {
+    float row[6], r[DX_ROWS_N];
+    struct dx_row_turn turn;
+    struct dx_row_points beam;
+};
+
+static void any_places(struct places *x, struct dx_rng *rng)
+{
+    for (int k = 0; k < 6; k++)
+        x->row[k] = (float)(dx_rng_unit(rng) - 0.5);
+    for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+        x->r[j] = (float)(1 + 0.01 * dx_rng_unit(rng));
+        x->turn.c[j] = (float)(dx_rng_unit(rng) - 0.5);
+        x->turn.s[j] = (float)(dx_rng_unit(rng) - 0.5);
+    }
+    for (uint32_t j = 0; j < DX_ROWS_N + 8; j++) {
+        x->beam.x[j] = (float)(dx_rng_unit(rng) - 0.5);
+        x->beam.y[j] = (float)(dx_rng_unit(rng) - 0.5);
+        x->beam.z[j] = (float)(dx_rng_unit(rng) + 0.5);
+    }
+}
+
+/* Half of the pairs are joined; a margin that makes some of them unsure. */
+static void measure(struct measured *m, const struct dx_rows *rows, const struct places *x)
+{
+    const struct dx_row_points *p = &m->turned;
+    const struct dx_row_span span = {
+        .x = {p->x, p->x + 1}, .y = {p->y, p->y + 1}, .z = {p->z, p->z + 1}};
+
+    memset(m, 0, sizeof(*m));
+    rows->turn(&m->turned, x->row, &x->turn, x->r);
+    rows->stretch(&m->stretched, &x->beam, x->r);
+    m->unit = x->beam;
+    rows->unit(&m->unit);
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        m->within[j] = x->r[j] > 1.005f;
+    m->any_unsure = rows->cap(m->within, m->unsure, &span, 0.1f, 0.02f);
+}
+
+/* What the loops promise of a row. */
+static void check_measured(const struct measured *m, const struct places *x)
+{
+    uint8_t any = 0;
+
+    for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+        const struct dx_row_points *u = &m->unit;
+        const double l2 = (double)u->x[j] * (double)u->x[j] + (double)u->y[j] * (double)u->y[j] +
+                          (double)u->z[j] * (double)u->z[j];
+
+        assert_true(l2 > 1 - 0x1p-19 && l2 < 1 + 0x1p-19);
+        assert_true(x->r[j] > 1.005f || !(m->within[j] | m->unsure[j]));
+        any |= m->unsure[j];
+    }
+    assert_int_equal(m->any_unsure, any);
+}
+
+static void every_set_measures_alike(void **state)
+{
+    const struct dx_rows *sets[DX_N_SIMD];
+    struct dx_rng rng = dx_rng_init(6, 2);
+    const int n = find_sets(sets);
+    uint32_t n_within = 0, n_unsure = 0;
+
+    (void)state;
+    for (int k = 0; k < 500; k++) {
+        struct measured want, got;
+        struct places x;
+
+        any_places(&x, &rng);
+        measure(&want, dx_rows_get(DX_SIMD_GENERIC), &x);
+        check_measured(&want, &x);
+        for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+            n_within += want.within[j];
+            n_unsure += want.unsure[j];
+        }
+        for (int s = 0; s < n; s++) {
+            measure(&got, sets[s], &x);
+            assert_memory_equal(&got, &want, sizeof(want));
+        }
+    }
+    assert_true(n_within > 1000 && n_unsure > 1000);
+}
+
+static void lengths_that_f32_cannot_square_are_told(void **state)
+{
+    static const float lengths[] = {0, 1e-25f, 1e25f};
+
+    (void)state;
+    for (enum dx_simd k = DX_SIMD_GENERIC; k < DX_N_SIMD; k++)
+        for (int l = 0; dx_rows_get(k) && l < 3; l++) {
+            struct dx_row_points p = {.x = {1, lengths[l], 1}};
+
+            dx_rows_get(k)->unit(&p);
+            assert_true(p.x[0] == 1 && p.x[2] == 1);
+            assert_true(isnan(p.x[1]));
+        }
+}
+
 static void the_best_set_is_one_of_them(void **state)
 {
     (void)state;
@@ -205,6 +311,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_set_decides_alike),
         cmocka_unit_test(every_set_builds_alike),
+        cmocka_unit_test(every_set_measures_alike),
+        cmocka_unit_test(lengths_that_f32_cannot_square_are_told),
         cmocka_unit_test(the_best_set_is_one_of_them),
     };
 
