@@ -33,6 +33,9 @@ void dx_strip_init(struct dx_strip *s, const struct dx_geometry *g, const struct
         if (s->col[j] >= 0)
             fill_col(s, j, (uint32_t)col);
     }
+    s->n_next[DX_ROWS_N - 1] = 1;
+    for (uint32_t j = DX_ROWS_N - 1; j-- > 0;)
+        s->n_next[j] = s->col[j + 1] == s->col[j] + 1 ? (uint8_t)(s->n_next[j + 1] + 1) : 1;
 }
 
 /* The vectors that ranges stretch: of a pinhole or a table. */

@@ -12,6 +12,7 @@ struct dx_strip {
     const struct dx_geometry *geometry;
     const struct dx_rows *rows;
     int32_t col[DX_ROWS_N];    /* of the grid; -1 outside */
+    uint8_t n_next[DX_ROWS_N]; /* columns from each one on that follow each other in the grid */
     struct dx_row_turn turn;   /* spinning */
     struct dx_row_points beam; /* pinhole: those of depth 1; table: the last row that was asked */
 };

@@ -191,6 +191,18 @@ struct dx_rows {
      * on either side of its square; ask integers. Whether there are such. */
     bool (*cap)(uint8_t *joined, uint8_t *unsure, const struct dx_row_span *span, float cap2,
                 float margin);
+
+    /* ---- normals: from the points of two rows ---- */
+
+    /* Adds the cross products of a row of cells' triangles to the sums of their upper corners, and
+     * begins those of the lower ones: the order of normals.h. */
+    void (*add_cells)(struct dx_row_points *top, struct dx_row_points *bottom,
+                      const struct dx_row_points *above, const struct dx_row_points *below,
+                      const uint8_t *code);
+
+    /* Two bytes (octahedral.h) of each sum, or of its opposite; 0, 0 where it is not used. */
+    void (*octahedral)(int8_t *out, const struct dx_row_points *sum, const uint8_t *used,
+                       bool flip);
 };
 
 /* NULL: this processor (or this build) has no such instructions. */

@@ -5,6 +5,8 @@
 
 #include "core/rows/rows_points.h"
 
+#include "core/rows/rows_normals.h"
+
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
         .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
@@ -13,5 +15,6 @@
         .bend = bend_row, .code = code_row, .use = use_row, .rank = rank_all,                      \
         .narrow = narrow_all, .spin = spin_row, .emit = emit_row, .keep = keep_row,                \
         .put16 = put16_row, .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row,        \
-        .unit = unit_row, .cap = cap_row,                                                          \
+        .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,                              \
+        .octahedral = octahedral_row,                                                              \
     }

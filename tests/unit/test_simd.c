@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "core/base/bytes.h"
+#include "core/grid/octahedral.h"
 #include "terrain_rig.h"
 
 /* The sets beside the generic one that this machine has. */
@@ -294,6 +296,94 @@ static void lengths_that_f32_cannot_square_are_told(void **state)
         }
 }
 
+/* ---- the loops for normals ------------------------------------------------------------------- */
+
+struct normals {
+    struct dx_row_points top, bottom;
+    int8_t bytes[2][2 * DX_ROWS_N];
+};
+
+/* Sums of all lengths, whole numbers and halves among them, and what has no direction. */
+static void any_sums(struct dx_row_points *p, struct dx_rng *rng)
+{
+    static const float odd[] = {0, -0.0f, 1, -1, 0.5f, 1e38f, 1e-44f, INFINITY, NAN};
+    float *const lanes[3] = {p->x, p->y, p->z};
+
+    for (uint32_t j = 0; j < DX_ROWS_N + 8; j++)
+        for (int k = 0; k < 3; k++)
+            lanes[k][j] = dx_rng_below(rng, 5) ? (float)(2 * dx_rng_unit(rng) - 1)
+                                               : odd[dx_rng_below(rng, 9)];
+}
+
+/* To the bit; of what is no number, that it is none. */
+static void assert_same_sums(const struct dx_row_points *a, const struct dx_row_points *b)
+{
+    const float *const x[3] = {a->x, a->y, a->z}, *const y[3] = {b->x, b->y, b->z};
+
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        for (int k = 0; k < 3; k++)
+            assert_true(dx_f32_bits(x[k][j]) == dx_f32_bits(y[k][j]) ||
+                        (isnan(x[k][j]) && isnan(y[k][j])));
+}
+
+static void find_normals(struct normals *n, const struct dx_rows *rows,
+                         const struct dx_row_points point[2], const struct dx_row_points *sums,
+                         const uint8_t *code)
+{
+    uint8_t used[DX_ROWS_N];
+
+    memset(n, 0, sizeof(*n));
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        used[j] = code[j] != 2;
+    rows->add_cells(&n->top, &n->bottom, &point[0], &point[1], code);
+    for (int flip = 0; flip < 2; flip++)
+        rows->octahedral(n->bytes[flip], sums, used, flip);
+}
+
+/* Lane by lane as octahedral.h has it. */
+static void check_octahedral(const struct normals *n, const struct dx_row_points *sums,
+                             const uint8_t *code)
+{
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        for (int flip = 0; flip < 2; flip++) {
+            const float sign = flip ? -1 : 1;
+            const float sum[3] = {sign * sums->x[j], sign * sums->y[j], sign * sums->z[j]};
+            int8_t want[2] = {0, 0};
+
+            if (code[j] != 2)
+                dx_octahedral_encode(want, sum);
+            assert_memory_equal(n->bytes[flip] + 2 * j, want, 2);
+        }
+}
+
+static void every_set_finds_the_same_normals(void **state)
+{
+    const struct dx_rows *sets[DX_N_SIMD];
+    struct dx_rng rng = dx_rng_init(6, 3);
+    const int n = find_sets(sets);
+
+    (void)state;
+    for (int k = 0; k < 500; k++) {
+        struct dx_row_points point[2], sums;
+        struct normals want, got;
+        uint8_t code[DX_ROWS_N];
+
+        any_sums(&point[0], &rng);
+        any_sums(&point[1], &rng);
+        any_sums(&sums, &rng);
+        for (uint32_t j = 0; j < DX_ROWS_N; j++)
+            code[j] = (uint8_t)dx_rng_below(&rng, 7);
+        find_normals(&want, dx_rows_get(DX_SIMD_GENERIC), point, &sums, code);
+        check_octahedral(&want, &sums, code);
+        for (int s = 0; s < n; s++) {
+            find_normals(&got, sets[s], point, &sums, code);
+            assert_memory_equal(got.bytes, want.bytes, sizeof(want.bytes));
+            assert_same_sums(&got.top, &want.top);
+            assert_same_sums(&got.bottom, &want.bottom);
+        }
+    }
+}
+
 static void the_best_set_is_one_of_them(void **state)
 {
     (void)state;
@@ -313,6 +403,7 @@ int main(void)
         cmocka_unit_test(every_set_builds_alike),
         cmocka_unit_test(every_set_measures_alike),
         cmocka_unit_test(lengths_that_f32_cannot_square_are_told),
+        cmocka_unit_test(every_set_finds_the_same_normals),
         cmocka_unit_test(the_best_set_is_one_of_them),
     };
 
