@@ -11,6 +11,7 @@
 #define DX_ROWS_H
 
 #include "core/base/delta.h"
+#include "core/rows/smoother.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -203,6 +204,8 @@ struct dx_rows {
     /* Two bytes (octahedral.h) of each sum, or of its opposite; 0, 0 where it is not used. */
     void (*octahedral)(int8_t *out, const struct dx_row_points *sum, const uint8_t *used,
                        bool flip);
+
+    struct dx_smoother smoother;
 };
 
 /* NULL: this processor (or this build) has no such instructions. */

@@ -7,6 +7,8 @@
 
 #include "core/rows/rows_normals.h"
 
+#include "core/rows/rows_smooth.h"
+
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
         .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
@@ -16,5 +18,5 @@
         .narrow = narrow_all, .spin = spin_row, .emit = emit_row, .keep = keep_row,                \
         .put16 = put16_row, .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row,        \
         .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,                              \
-        .octahedral = octahedral_row,                                                              \
+        .octahedral = octahedral_row, .smoother = DX_SMOOTHER,                                     \
     }
