@@ -1,7 +1,8 @@
 /* Gathering a tile's neighbourhood. */
 #include "core/grid/area.h"
 
-#include <math.h>
+#include "core/grid/cap.h"
+
 #include <string.h>
 
 /* Elements [col0, col0 + DX_AREA) of a row of the grid; columns go around where it wraps and are
@@ -87,22 +88,6 @@ static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
         }
 }
 
-static void gather_directions(struct dx_area *a, const struct dx_geometry *g)
-{
-    for (uint32_t p = a->first; p < a->end; p++)
-        for (uint32_t q = 0; q < DX_AREA; q++) {
-            double d[3], z = 1;
-
-            if (!a->valid[p][q])
-                continue;
-            dx_geometry_direction(g, dx_area_row(a, p), dx_area_col(a, q, g->width), d);
-            if (g->model == DX_MODEL_PINHOLE)
-                z = d[2]; /* its ranges are depths: scale the unit vector to depth 1 */
-            for (int k = 0; k < 3; k++)
-                a->direction[p][q][k] = (int32_t)rint(d[k] / z * 0x1p24);
-        }
-}
-
 void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struct dx_tiling *tiling,
                     const struct dx_geometry *g, const struct dx_gates *gates, uint32_t tile_row,
                     uint32_t tile_col)
@@ -124,21 +109,5 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
     if (gates->per_dexel)
         gather_constants(a, gates, g);
     if (gates->cap)
-        gather_directions(a, g);
-}
-
-bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,
-                        uint32_t q0, uint32_t p1, uint32_t q1)
-{
-    int64_t r0 = dx_area_range(a, p0, q0), r1 = dx_area_range(a, p1, q1);
-    unsigned __int128 length2 = 0;
-
-    if (!gates->cap)
-        return true;
-    for (int k = 0; k < 3; k++) {
-        int64_t d = (r0 * a->direction[p0][q0][k] - r1 * a->direction[p1][q1][k]) >> 12;
-
-        length2 += (unsigned __int128)((__int128)d * d);
-    }
-    return length2 <= (unsigned __int128)gates->cap * gates->cap;
+        dx_cap_gather(a, g, gates);
 }

@@ -35,7 +35,10 @@ struct dx_area {
         double wide[DX_AREA][DX_AREA_STRIDE];
     } inverse;
 
-    int32_t direction[DX_AREA][DX_AREA_STRIDE][3]; /* capped only: unit vectors * 2^24 */
+    /* capped only (cap.h): points, units, and what |x| + |y| + |z| is in each row at most */
+    const struct dx_geometry *geometry;
+    struct dx_row_points point[DX_AREA];
+    float sum[DX_AREA];
 
     uint8_t valid[DX_AREA][DX_AREA_STRIDE];
     uint8_t joined[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* edges.h */
@@ -86,7 +89,8 @@ static inline uint32_t dx_area_col(const struct dx_area *a, uint32_t q, uint32_t
     return (uint32_t)((a->col0 + q + width) % width);
 }
 
-/* Whether the two dexels are no farther apart than the cap (true without one). */
+/* Whether the two dexels, which are there, are no farther apart than the cap (true without one).
+ * In cap.c. */
 bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,
                         uint32_t q0, uint32_t p1, uint32_t q1);
 

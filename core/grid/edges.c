@@ -1,6 +1,7 @@
 /* The first-order rule by rows, the rescue of what fails it, and the cap. */
 #include "core/grid/edges.h"
 
+#include "core/grid/cap.h"
 #include "core/grid/rescue.h"
 
 #include <string.h>
@@ -81,16 +82,6 @@ static void join_row(struct dx_area *a, const struct dx_gates *gates, const stru
         dx_rescue_row(a, failed, gates, g, e, p);
 }
 
-static void cap_row(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e, uint32_t p)
-{
-    const struct dx_ends end = dx_edge_ends(e);
-    uint8_t *edge = a->joined[e][p];
-
-    for (uint32_t q = 0; q < DX_AREA; q++)
-        if (edge[q])
-            edge[q] = dx_area_within_cap(a, gates, p + end.p0, q + end.q0, p + end.p1, q + end.q1);
-}
-
 void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g)
 {
     for (uint32_t p = a->first; p < a->end; p++)
@@ -104,6 +95,6 @@ void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct
             }
             join_row(a, gates, g, e, p);
             if (gates->cap)
-                cap_row(a, gates, e, p);
+                dx_cap_row(a, gates, e, p);
         }
 }

@@ -220,6 +220,8 @@ static void set_rules(struct dx_gates *gates, const struct dx_terrain_params *p)
     gates->diag = p->paper ? DX_DIAG_FIXED : p->diag;
     gates->bridge = p->paper ? 0 : p->bridge;
     gates->margin = MARGIN_RESCUE + MARGIN_STRUT * (2u * gates->bridge - (gates->bridge > 0));
+    if (p->paper)
+        gates->margin = 0; /* a cell's own corners alone */
 }
 
 /* The integers cut each product to a whole number, and the square before it is multiplied. */

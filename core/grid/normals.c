@@ -1,229 +1,262 @@
 /*
  * Vertex normals of one tile: every triangle that can touch its block adds its cross product to its
  * corners. Cells are visited row by row, which is NW, NE, SW, SE for each vertex; then struts in
- * the order of their owners.
+ * the order of their owners. Sums are those of triangles as the grid has them; where the geometry
+ * flips them, the opposites are encoded, which are the sums of the flipped ones to the bit.
  */
 #include "core/grid/normals.h"
 
-#include "core/grid/octahedral.h"
+#include "core/base/bytes.h"
+#include "core/grid/strip.h"
 #include "core/grid/tile_used.h"
 
-/* Block coordinates are counted from the block's first dexel; a ring of one dexel around the block
- * has the far corners of its triangles. Strut owners lie up to two dexels outside (their corners
- * reach from -1 to 2). */
-#define RING       1
-#define SIDE       (DX_BLOCK + 2 * RING)
-#define STRUT_RING 2
-#define STRUT_SIDE (DX_BLOCK + 2 * STRUT_RING)
+/* Rows and columns are counted from the block's first dexel. Cells that touch the block begin at
+ * -1; owners of struts that do lie from -2 to one beyond it (their corners reach from -1 to 2). */
+#define RING         1 /* rows of sums around the block: far corners of cells */
+#define SIDE         (DX_BLOCK + 2 * RING)
+#define STRUT_BEFORE 2
+#define STRUT_AFTER  1
+#define FIRST_COL    3 /* columns before the block: far corners of struts */
 
 struct field {
     const struct dx_normals_source *source;
-    int64_t row0, col0; /* of the block's first dexel; columns not yet modulo the width */
-    bool flip;
-    int32_t col[STRUT_SIDE]; /* of the grid, from block column -STRUT_RING on; -1 outside */
-    float sum[SIDE][SIDE][3];
+    const struct dx_rows *rows;
+    int64_t row0; /* of the block's first dexel */
+    struct dx_strip strip;
+    struct dx_row_points sum[SIDE]; /* from block row -RING on */
 };
 
-/* Column of the grid, or -1 when it has none there. */
-static int32_t grid_col(const struct dx_tiling *t, int64_t col)
+/* ---- rows of the grid ------------------------------------------------------------------------ */
+
+/* n columns of the strip from lane `lane` on that are neighbours in the grid too, and in one tile.
+ */
+struct run {
+    uint32_t lane, n, tile_col, col; /* in the tile */
+};
+
+/* The run that begins at run->lane, of a grid of `cols` columns of tiles of which the last has all
+ * the rest. False: there is no further one. */
+static bool find_run(struct run *run, const struct dx_strip *s, uint32_t cols)
 {
-    if (t->wrap)
-        return (int32_t)((col % t->width + t->width) % t->width);
-    return col >= 0 && col < t->width ? (int32_t)col : -1;
+    uint32_t end;
+    int32_t col;
+
+    while (run->lane < DX_ROWS_N && s->col[run->lane] < 0)
+        run->lane++;
+    if (run->lane == DX_ROWS_N)
+        return false;
+    col = s->col[run->lane];
+    run->tile_col = (uint32_t)col / DX_TILE_CELLS;
+    run->tile_col = run->tile_col < cols ? run->tile_col : cols - 1;
+    run->col = (uint32_t)col - run->tile_col * DX_TILE_CELLS;
+    end = run->tile_col + 1 < cols ? DX_TILE_CELLS - run->col : UINT32_MAX;
+    run->n = s->n_next[run->lane] < end ? s->n_next[run->lane] : end;
+    return true;
 }
 
-/* (p1 - p0) x (p2 - p0), added to the sums of the three. */
-static inline void add_triangle(float *const sum[3], const float *p0, const float *p1,
-                                const float *p2)
+/* Codes of the cells of one row, by strip column; 0 where there is no cell. */
+static void fetch_codes(uint8_t code[DX_ROWS_N], const struct field *f, uint32_t row)
 {
-    const float u[3] = {p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]};
-    const float v[3] = {p2[0] - p0[0], p2[1] - p0[1], p2[2] - p0[2]};
-    const float n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-                        u[0] * v[1] - u[1] * v[0]};
+    const struct dx_tiling *t = f->source->tiling;
+    const uint32_t tile_row = row / DX_TILE_CELLS;
 
-    for (int m = 0; m < 3; m++) {
-        sum[m][0] += n[0];
-        sum[m][1] += n[1];
-        sum[m][2] += n[2];
+    memset(code, 0, DX_ROWS_N);
+    for (struct run r = {0}; find_run(&r, &f->strip, t->cols); r.lane += r.n) {
+        const uint8_t *of_tile = f->source->cells(f->source->ctx, tile_row * t->cols + r.tile_col);
+        const uint32_t room = r.col < DX_TILE_CELLS ? DX_TILE_CELLS - r.col : 0;
+
+        memcpy(code + r.lane, of_tile + row % DX_TILE_CELLS * DX_TILE_CELLS + r.col,
+               r.n < room ? r.n : room);
     }
+}
+
+/* Codes of the struts whose owners are in one row, likewise; false: the mesh has none. */
+static bool fetch_struts(uint8_t code[DX_ROWS_N], const struct field *f, uint32_t row)
+{
+    const struct dx_tiling *t = f->source->tiling;
+    uint32_t tile_row = row / DX_TILE_CELLS;
+
+    /* the last row and column of dexels belong to the last cells' tile */
+    tile_row = tile_row < t->rows ? tile_row : t->rows - 1;
+    memset(code, 0, DX_ROWS_N);
+    for (struct run r = {0}; find_run(&r, &f->strip, t->cols); r.lane += r.n) {
+        const uint8_t *of_tile = f->source->struts(f->source->ctx, tile_row * t->cols + r.tile_col);
+
+        if (!of_tile)
+            return false;
+        memcpy(code + r.lane, of_tile + (row - tile_row * DX_TILE_CELLS + 1) * DX_BLOCK + r.col + 1,
+               r.n);
+    }
+    return true;
+}
+
+static void fetch_exact(struct dx_row_points *out, const struct field *f, uint32_t row)
+{
+    const struct dx_plane *plane = f->source->plane;
+
+    memset(out, 0, sizeof(*out));
+    for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+        const float *p = plane->xyz + 3 * ((size_t)row * plane->width + (uint32_t)f->strip.col[j]);
+
+        if (f->strip.col[j] < 0)
+            continue;
+        out->x[j] = p[0];
+        out->y[j] = p[1];
+        out->z[j] = p[2];
+    }
+}
+
+/* Points of a row of the grid; where it has no column, any. */
+static void fetch_points(struct dx_row_points *out, struct field *f, uint32_t row)
+{
+    const struct dx_plane *plane = f->source->plane;
+    const float unit_m = f->source->geometry->unit_m;
+    float r[DX_ROWS_N] = {0};
+
+    if (plane->xyz) {
+        fetch_exact(out, f, row);
+        return;
+    }
+    for (struct run run = {0}; find_run(&run, &f->strip, 1); run.lane += run.n) {
+        const size_t k = (size_t)row * plane->width + run.col;
+
+        for (uint32_t j = 0; plane->range_bytes == 2 && j < run.n; j++)
+            r[run.lane + j] = (float)((const uint16_t *)plane->range)[k + j] * unit_m;
+        for (uint32_t j = 0; plane->range_bytes == 4 && j < run.n; j++)
+            r[run.lane + j] = (float)((const uint32_t *)plane->range)[k + j] * unit_m;
+    }
+    dx_strip_points(out, &f->strip, row, r);
 }
 
 /* ---- cells ---------------------------------------------------------------------------------- */
 
-/* Corners 0 a, 1 b, 2 c, 3 d of the triangles of each outcome. */
-static const struct {
-    uint8_t n, corner[2][3];
-} outcomes[7] = {
-    [DX_CELL_ABC] = {1, {{0, 1, 2}}},
-    [DX_CELL_ACD] = {1, {{0, 2, 3}}},
-    [DX_CELL_ABC_ACD] = {2, {{0, 1, 2}, {0, 2, 3}}},
-    [DX_CELL_ABD] = {1, {{0, 1, 3}}},
-    [DX_CELL_BCD] = {1, {{1, 2, 3}}},
-    [DX_CELL_ABD_BCD] = {2, {{0, 1, 3}, {1, 2, 3}}},
-};
-
-/* Codes of the cells of one row from block column -RING on; 0 where there is no cell. */
-static void fetch_codes(uint8_t code[SIDE - 1], const struct field *f, uint32_t row)
+/* Whether a row of the grid is one of its rows of cells. */
+static bool has_cells(const struct field *f, int64_t row)
 {
-    const struct dx_tiling *t = f->source->tiling;
-    const uint8_t *of_tile = NULL;
-    int32_t tile_col = -1;
-
-    for (int j = 0; j < SIDE - 1; j++) {
-        int32_t col = f->col[j + STRUT_RING - RING];
-
-        code[j] = 0;
-        if (col < 0 || (uint32_t)col >= t->cell_cols)
-            continue;
-        if (col / DX_TILE_CELLS != tile_col) {
-            tile_col = col / DX_TILE_CELLS;
-            of_tile = f->source->cells(f->source->ctx,
-                                       row / DX_TILE_CELLS * t->cols + (uint32_t)tile_col);
-        }
-        code[j] = of_tile[row % DX_TILE_CELLS * DX_TILE_CELLS + (uint32_t)col % DX_TILE_CELLS];
-    }
-}
-
-static void point_at(float p[3], const struct dx_normals_source *s, uint32_t row, uint32_t col)
-{
-    size_t k = (size_t)row * s->plane->width + col;
-
-    if (s->plane->xyz)
-        memcpy(p, s->plane->xyz + 3 * k, 3 * sizeof(*p));
-    else
-        dx_geometry_point(s->geometry, row, col, dx_plane_range(s->plane, k), p);
-}
-
-/* Points of a row of the grid; those outside it are not touched, and not used. */
-static void fetch_points(float point[SIDE][3], const struct field *f, uint32_t row)
-{
-    for (int j = 0; j < SIDE; j++) {
-        int32_t col = f->col[j + STRUT_RING - RING];
-
-        if (col >= 0)
-            point_at(point[j], f->source, row, (uint32_t)col);
-    }
-}
-
-/* The cells of one row, whose sums begin with row i of the field. */
-static void add_row(struct field *f, const uint8_t code[SIDE - 1], float (*top)[3],
-                    float (*bottom)[3], int64_t i)
-{
-    const int second = f->flip ? 2 : 1, third = f->flip ? 1 : 2;
-
-    for (int j = 0; j < SIDE - 1; j++) {
-        const float *p[4] = {top[j], top[j + 1], bottom[j + 1], bottom[j]};
-        float *sum[4] = {f->sum[i][j], f->sum[i][j + 1], f->sum[i + 1][j + 1], f->sum[i + 1][j]};
-
-        for (int t = 0; t < outcomes[code[j]].n; t++) {
-            const uint8_t *c = outcomes[code[j]].corner[t];
-
-            add_triangle((float *const[3]){sum[c[0]], sum[c[1]], sum[c[2]]}, p[c[0]], p[c[second]],
-                         p[c[third]]);
-        }
-    }
+    return row >= 0 && row < f->source->tiling->cell_rows;
 }
 
 static void add_cells(struct field *f)
 {
-    float point[2][SIDE][3];
-    uint8_t code[SIDE - 1];
-    int64_t fetched = -1; /* row whose points are in point[row & 1] */
+    struct dx_row_points point[2]; /* of rows i and i + 1, by i & 1 */
+    uint8_t code[DX_ROWS_N];
 
-    for (int64_t i = 0; i < SIDE - 1; i++) {
-        int64_t row = f->row0 - RING + i;
+    memset(point, 0, sizeof(point));
+    memset(&f->sum[0], 0, sizeof(f->sum[0]));
+    for (uint32_t i = 0; i < SIDE - 1; i++) {
+        const int64_t row = f->row0 - RING + i;
 
-        if (row < 0 || row >= f->source->tiling->cell_rows)
+        if (!has_cells(f, row)) {
+            memset(&f->sum[i + 1], 0, sizeof(f->sum[i + 1]));
             continue;
-        if (fetched != row)
-            fetch_points(point[row & 1], f, (uint32_t)row);
-        fetched = row + 1;
-        fetch_points(point[fetched & 1], f, (uint32_t)fetched);
+        }
+        if (i == 0 || !has_cells(f, row - 1))
+            fetch_points(&point[i & 1], f, (uint32_t)row);
+        fetch_points(&point[~i & 1], f, (uint32_t)row + 1);
         fetch_codes(code, f, (uint32_t)row);
-        add_row(f, code, point[row & 1], point[fetched & 1], i);
+        f->rows->add_cells(&f->sum[i], &f->sum[i + 1], &point[i & 1], &point[~i & 1], code);
     }
 }
 
 /* ---- struts --------------------------------------------------------------------------------- */
 
-/* The triangles of a strut whose owner is `i` rows and `j` columns from the block's first dexel. */
-static void add_strut(struct field *f, uint8_t code, int64_t i, int64_t j)
+/* The point of a corner, as an offset from the row and column of the strut's owner. */
+static void point_at(float p[3], const struct field *f, int64_t row, uint32_t lane)
 {
     const struct dx_normals_source *s = f->source;
-    struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
-    unsigned n = dx_strut_triangles(triangle, code);
-    float beyond[3] = {0, 0, 0}; /* for corners outside the field */
+    const uint32_t col = (uint32_t)f->strip.col[lane];
+    const size_t k = (size_t)row * s->plane->width + col;
 
-    for (unsigned t = 0; t < n; t++) {
-        float point[3][3], *sum[3];
-
-        for (int m = 0; m < 3; m++) {
-            const struct dx_strut_corner c = triangle[t][m];
-            int64_t p = i + c.row, q = j + c.col;
-            bool inside = p >= -RING && p < DX_BLOCK + RING && q >= -RING && q < DX_BLOCK + RING;
-
-            point_at(point[m], s, (uint32_t)(f->row0 + p),
-                     (uint32_t)grid_col(s->tiling, f->col0 + q));
-            sum[m] = inside ? f->sum[p + RING][q + RING] : beyond;
-        }
-        add_triangle(sum, point[0], point[f->flip ? 2 : 1], point[f->flip ? 1 : 2]);
-    }
+    if (s->plane->xyz)
+        memcpy(p, s->plane->xyz + 3 * k, 3 * sizeof(*p));
+    else
+        dx_geometry_point(s->geometry, (uint32_t)row, col, dx_plane_range(s->plane, k), p);
 }
 
-/* The struts whose owners are in one row of the grid, `i` rows from the block's first. */
-static void add_strut_row(struct field *f, uint32_t row, int64_t i)
+/* (p1 - p0) x (p2 - p0) */
+static void cross(float n[3], float p[3][3])
 {
-    const struct dx_tiling *t = f->source->tiling;
-    const uint8_t *of_tile = NULL;
-    uint32_t tile_row = row / DX_TILE_CELLS, before = UINT32_MAX;
+    const float u[3] = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
+    const float v[3] = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
 
-    /* the last row and column of dexels belong to the last cells' tile */
-    tile_row = tile_row < t->rows ? tile_row : t->rows - 1;
-    for (int64_t j = 0; j < STRUT_SIDE; j++) {
-        uint32_t col = (uint32_t)f->col[j], tile_col = col / DX_TILE_CELLS;
-        uint8_t code;
+    n[0] = u[1] * v[2] - u[2] * v[1];
+    n[1] = u[2] * v[0] - u[0] * v[2];
+    n[2] = u[0] * v[1] - u[1] * v[0];
+}
 
-        if (f->col[j] < 0)
-            continue;
-        tile_col = tile_col < t->cols ? tile_col : t->cols - 1;
-        if (tile_col != before)
-            of_tile = f->source->struts(f->source->ctx, tile_row * t->cols + tile_col);
-        before = tile_col;
-        if (!of_tile)
-            continue;
-        code = of_tile[(row - tile_row * DX_TILE_CELLS + 1) * DX_BLOCK + col -
-                       tile_col * DX_TILE_CELLS + 1];
-        if (code)
-            add_strut(f, code, i, j - STRUT_RING);
+/* The triangles of a strut whose owner is in block row i, and in a lane. */
+static void add_strut(struct field *f, uint8_t code, int64_t i, uint32_t lane)
+{
+    struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+    const unsigned n = dx_strut_triangles(triangle, code);
+
+    for (unsigned t = 0; t < n; t++) {
+        const struct dx_strut_corner *c = triangle[t];
+        float point[3][3], normal[3];
+
+        for (int m = 0; m < 3; m++)
+            point_at(point[m], f, f->row0 + i + c[m].row, (uint32_t)((int32_t)lane + c[m].col));
+        cross(normal, point);
+        for (int m = 0; m < 3; m++) {
+            const int64_t at = i + c[m].row + RING;
+            const uint32_t q = (uint32_t)((int32_t)lane + c[m].col);
+
+            if (at < 0 || at >= SIDE)
+                continue;
+            f->sum[at].x[q] += normal[0];
+            f->sum[at].y[q] += normal[1];
+            f->sum[at].z[q] += normal[2];
+        }
     }
 }
 
 static void add_struts(struct field *f)
 {
-    for (int64_t i = -STRUT_RING; i < DX_BLOCK + STRUT_RING; i++)
-        if (f->row0 + i >= 0 && f->row0 + i < f->source->tiling->height)
-            add_strut_row(f, (uint32_t)(f->row0 + i), i);
+    const uint64_t none[DX_ROWS_N / 8] = {0};
+    uint8_t code[DX_ROWS_N];
+
+    for (int64_t i = -STRUT_BEFORE; i < DX_BLOCK + STRUT_AFTER; i++) {
+        const int64_t row = f->row0 + i;
+
+        if (row < 0 || row >= f->source->tiling->height)
+            continue;
+        if (!fetch_struts(code, f, (uint32_t)row))
+            return;
+        if (memcmp(code, none, sizeof(code)) == 0)
+            continue;
+        for (uint32_t j = FIRST_COL - STRUT_BEFORE; j < FIRST_COL + DX_BLOCK + STRUT_AFTER; j++)
+            if (code[j])
+                add_strut(f, code[j], i, j);
+    }
 }
 
 /* ---- both ----------------------------------------------------------------------------------- */
 
+static void encode(struct dx_tile *tile, const struct field *f)
+{
+    int8_t bytes[2 * DX_ROWS_N];
+    uint8_t used[DX_ROWS_N] = {0};
+    struct dx_used of_tile;
+
+    dx_used_mark(&of_tile, tile);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        memcpy(used + FIRST_COL, of_tile.at + (size_t)i * DX_BLOCK, DX_BLOCK);
+        f->rows->octahedral(bytes, &f->sum[i + RING], used, f->source->geometry->flip);
+        memcpy(tile->normal + 2 * (size_t)i * DX_BLOCK, bytes + 2 * FIRST_COL, 2 * DX_BLOCK);
+    }
+}
+
 void dx_normals_compute(struct dx_tile *tile, const struct dx_normals_source *source)
 {
-    struct field f = {.source = source,
-                      .row0 = (int64_t)tile->row * DX_TILE_CELLS - 1,
-                      .col0 = (int64_t)tile->col * DX_TILE_CELLS - 1,
-                      .flip = source->geometry->flip};
-    struct dx_used used;
+    struct field f;
 
-    for (int j = 0; j < STRUT_SIDE; j++)
-        f.col[j] = grid_col(source->tiling, f.col0 + j - STRUT_RING);
+    f.source = source;
+    f.rows = dx_rows_get(DX_SIMD_AUTO);
+    f.row0 = (int64_t)tile->row * DX_TILE_CELLS - 1;
+    dx_strip_init(&f.strip, source->geometry, f.rows,
+                  (int64_t)tile->col * DX_TILE_CELLS - 1 - FIRST_COL);
     add_cells(&f);
     add_struts(&f);
-    dx_used_mark(&used, tile);
-    memset(tile->normal, 0, sizeof(tile->normal));
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        if (used.at[k])
-            dx_octahedral_encode(tile->normal + 2 * k,
-                                 f.sum[k / DX_BLOCK + RING][k % DX_BLOCK + RING]);
+    encode(tile, &f);
     tile->has_normals = true;
 }

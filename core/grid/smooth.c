@@ -3,7 +3,6 @@
 
 #include "core/grid/edges.h"
 #include "core/grid/lines.h"
-#include "core/grid/smooth_rows.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -11,6 +10,19 @@
 
 #define REACH        2 /* the pairs' */
 #define RESCUE_REACH 2 /* what a rescued edge looks at beyond its ends */
+
+/* A pair: the neighbours di rows and dj columns before and after, and what its word counts beside
+ * that of the dexel's own sample. */
+struct pair {
+    int di, dj;
+    float weight;
+};
+
+/* 2 exp(-d^2 / (2 * 1.2^2)) for a pair of distance d; the corners of 5 x 5 would count 0.12. */
+static const struct pair pairs[DX_SMOOTH_PAIRS] = {
+    {0, 1, 1.413f}, {1, 0, 1.413f}, {1, 1, 0.999f},  {1, -1, 0.999f}, {0, 2, 0.499f},
+    {2, 0, 0.499f}, {1, 2, 0.352f}, {1, -2, 0.352f}, {2, 1, 0.352f},  {2, -1, 0.352f},
+};
 
 /* Bytes of one row: whether dexel (p, q) is joined to the one `REACH` and fewer rows below or above
  * (columns to the right or left) of it, all edges between them included. By offset + REACH. */
@@ -31,7 +43,7 @@ static void fill_lines(struct dx_smooth_line *line, const struct dx_geometry *g)
 {
     for (uint32_t i = 0; i < g->height; i++)
         for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++, line++) {
-            const struct dx_smooth_pair *p = &dx_smooth_pairs[k];
+            const struct pair *p = &pairs[k];
             const uint32_t j = (uint32_t)abs(p->dj);
             struct dx_line w = {0, 0};
 
@@ -64,25 +76,34 @@ void dx_smooth_fini(struct dx_smooth *s)
     *s = (struct dx_smooth){0};
 }
 
+/* The noise model in 32-bit factors, where they fit. */
+static void set_row_noise(struct dx_smooth *s)
+{
+    const struct dx_sigma *sigma = &s->gates.sigma;
+
+    s->narrow = !s->gates.wide && sigma->a1 <= UINT32_MAX && sigma->a2 <= UINT32_MAX;
+    s->row_noise = (struct dx_smooth_noise){.a0 = sigma->a0,
+                                            .a1 = (uint32_t)sigma->a1,
+                                            .a2 = (uint32_t)sigma->a2,
+                                            .full = sigma->full,
+                                            .max = DX_SIGMA_MAX};
+}
+
 void dx_smooth_set(struct dx_smooth *s, const struct dx_gates *gates)
 {
     s->reach = REACH + (gates->rescue ? RESCUE_REACH : 0);
     s->gates = *gates;
     s->gates.margin = s->reach;
     s->gates.diag = DX_DIAG_FIXED; /* nothing that only diagonals need */
+    set_row_noise(s);
 }
 
 /* ---- a part's neighbourhood ----------------------------------------------------------------- */
 
-/* Of missing dexels too: finite, and never looked at. */
-static void invert(struct dx_smooth_scratch *x)
+static void invert(const struct dx_smooth *s, struct dx_smooth_scratch *x)
 {
     for (uint32_t p = x->area.first; p < x->area.end; p++)
-        for (uint32_t q = 0; q < DX_AREA_STRIDE; q++) {
-            const uint32_t range = x->area.range[p][q];
-
-            x->inverse[p][q] = 1 / (float)(range | (range == 0));
-        }
+        s->gates.rows->smoother.invert(x->inverse[p], x->area.range[p], DX_AREA_STRIDE);
 }
 
 static void gather_directions(struct dx_smooth_scratch *x, const struct dx_geometry *g)
@@ -115,8 +136,6 @@ static void find_paths(struct dx_smooth_scratch *x, uint32_t p)
     const uint8_t(*v)[DX_AREA_STRIDE] = x->area.joined[DX_EDGE_V];
     const uint32_t n = DX_AREA_STRIDE;
 
-    memset(x->along[REACH], 1, n);
-    memset(x->down[REACH], 1, n);
     memcpy(x->along[REACH + 1], h, n);
     both(x->along[REACH + 2], h, h + 1, n - 1);
     memcpy(x->along[REACH - 1] + 1, h, n - 1);
@@ -127,23 +146,18 @@ static void find_paths(struct dx_smooth_scratch *x, uint32_t p)
     both(x->down[REACH - 2], v[p - 1], v[p - 2], n);
 }
 
-/* Where both ends of pair k are joined to the dexel: along its row, then along the column. */
-static void find_joined(uint8_t joined[DX_SMOOTH_ROW], const struct dx_smooth_scratch *x,
-                        const struct dx_smooth_pair *pair)
+static struct dx_smooth_paths paths_of(const struct dx_smooth_scratch *x, const struct pair *pair)
 {
-    const uint8_t *row_after = x->along[REACH + pair->dj] + DX_MARGIN;
-    const uint8_t *row_before = x->along[REACH - pair->dj] + DX_MARGIN;
-    const uint8_t *after = x->down[REACH + pair->di] + DX_MARGIN + pair->dj;
-    const uint8_t *before = x->down[REACH - pair->di] + DX_MARGIN - pair->dj;
-
-    for (uint32_t j = 0; j < DX_SMOOTH_ROW; j++)
-        joined[j] = row_after[j] & row_before[j] & after[j] & before[j];
+    return (struct dx_smooth_paths){{x->along[REACH + pair->dj] + DX_MARGIN,
+                                     x->along[REACH - pair->dj] + DX_MARGIN,
+                                     x->down[REACH + pair->di] + DX_MARGIN + pair->dj,
+                                     x->down[REACH - pair->di] + DX_MARGIN - pair->dj}};
 }
 
 /* ---- a row ---------------------------------------------------------------------------------- */
 
 static struct dx_smooth_ends ends_of(float (*array)[DX_AREA_STRIDE], uint32_t p,
-                                     const struct dx_smooth_pair *pair)
+                                     const struct pair *pair)
 {
     return (struct dx_smooth_ends){array[(int)p - pair->di] + DX_MARGIN - pair->dj,
                                    array[p] + DX_MARGIN,
@@ -151,55 +165,69 @@ static struct dx_smooth_ends ends_of(float (*array)[DX_AREA_STRIDE], uint32_t p,
 }
 
 static void directions_of(struct dx_smooth_ends d[3], struct dx_smooth_scratch *x, uint32_t p,
-                          const struct dx_smooth_pair *pair)
+                          const struct pair *pair)
 {
     for (int k = 0; k < 3; k++)
         d[k] = ends_of(x->direction[k], p, pair);
 }
 
-static void find_slope(struct dx_smooth_scratch *x, uint32_t p)
+static void find_slope(const struct dx_smooth *s, struct dx_smooth_scratch *x, uint32_t p)
 {
     struct dx_smooth_cross cross = {
         .joined_before = {x->along[REACH - 1] + DX_MARGIN, x->down[REACH - 1] + DX_MARGIN},
         .joined_after = {x->along[REACH + 1] + DX_MARGIN, x->down[REACH + 1] + DX_MARGIN}};
 
     for (int e = 0; e < 2; e++) {
-        cross.inverse[e] = ends_of(x->inverse, p, &dx_smooth_pairs[e]);
-        directions_of(cross.direction[e], x, p, &dx_smooth_pairs[e]);
+        cross.inverse[e] = ends_of(x->inverse, p, &pairs[e]);
+        directions_of(cross.direction[e], x, p, &pairs[e]);
     }
-    dx_smooth_row_slope(&x->row, &cross);
+    s->gates.rows->smoother.slope(&x->row, &cross);
 }
 
 static void tell_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
                      const struct dx_geometry *g, uint32_t p, unsigned k)
 {
-    const struct dx_smooth_ends inverse = ends_of(x->inverse, p, &dx_smooth_pairs[k]);
+    const struct dx_smooth_ends inverse = ends_of(x->inverse, p, &pairs[k]);
     struct dx_smooth_ends d[3];
 
     if (s->line) {
-        dx_smooth_row_even(&x->row, k, &inverse,
-                           s->line[(size_t)dx_area_row(&x->area, p) * DX_SMOOTH_PAIRS + k]);
+        s->gates.rows->smoother.even(
+            &x->row, k, &inverse, s->line[(size_t)dx_area_row(&x->area, p) * DX_SMOOTH_PAIRS + k]);
         return;
     }
-    directions_of(d, x, p, &dx_smooth_pairs[k]);
-    dx_smooth_row_uneven(&x->row, k, &inverse, d, g->model == DX_MODEL_PINHOLE);
+    directions_of(d, x, p, &pairs[k]);
+    s->gates.rows->smoother.uneven(&x->row, k, &inverse, d, g->model == DX_MODEL_PINHOLE);
+}
+
+static void find_scale(const struct dx_smooth *s, struct dx_smooth_scratch *x, uint32_t p)
+{
+    const struct dx_smoother *rows = &s->gates.rows->smoother;
+    const uint32_t *range = x->area.range[p] + DX_MARGIN;
+    uint32_t sigma8[DX_SMOOTH_ROW];
+
+    if (s->narrow)
+        rows->noise(sigma8, range, &s->row_noise, x->row.n);
+    for (uint32_t j = 0; !s->narrow && j < x->row.n; j++)
+        sigma8[j] = dx_sigma_at(&s->gates.sigma, range[j]);
+    rows->scale(&x->row, range, sigma8, (float)(s->noise / 256));
 }
 
 static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
                       const struct dx_geometry *g, uint32_t p)
 {
-    uint8_t joined[DX_SMOOTH_ROW];
+    const struct dx_smoother *rows = &s->gates.rows->smoother;
+    struct dx_smooth_paths joined;
 
     find_paths(x, p);
-    dx_smooth_row_scale(&x->row, x->area.range[p] + DX_MARGIN, &s->gates.sigma, s->noise);
+    find_scale(s, x, p);
     if (!s->line)
-        find_slope(x, p);
+        find_slope(s, x, p);
     for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++) {
         tell_row(s, x, g, p, k);
-        find_joined(joined, x, &dx_smooth_pairs[k]);
-        dx_smooth_row_weigh(&x->row, k, joined);
+        joined = paths_of(x, &pairs[k]);
+        rows->weigh(&x->row, k, &joined, pairs[k].weight);
     }
-    dx_smooth_row_solve(&x->row);
+    rows->solve(&x->row, DX_SMOOTH_MAX_MOVE);
 }
 
 /* A range of 0 stays 0, no other becomes it, and each keeps to its width. */
@@ -281,7 +309,7 @@ static void gather(const struct dx_smooth *s, struct dx_smooth_scratch *x,
     dx_area_gather(&x->area, in, tiling, g, &s->gates, tile / tiling->cols, tile % tiling->cols);
     dx_edges_join(&x->area, &s->gates, g);
     dx_area_widen(&x->area);
-    invert(x);
+    invert(s, x);
     if (!s->line)
         gather_directions(x, g);
 }
@@ -294,7 +322,9 @@ void dx_smooth_part(struct dx_smooth *s, struct dx_plane *out, struct dx_rect *c
     const struct dx_rect part = dx_marks_part(tiling, tile);
 
     gather(s, x, in, tiling, g, tile);
-    x->row.n = (part.col1 - part.col0) / 8 * 8 + 8;
+    x->row.n = ((part.col1 - part.col0) / DX_SMOOTH_LANES + 1) * DX_SMOOTH_LANES;
+    memset(x->along[REACH], 1, sizeof(x->along[REACH])); /* every dexel is joined to itself */
+    memset(x->down[REACH], 1, sizeof(x->down[REACH]));
     *changed = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
     for (uint32_t i = part.row0; i <= part.row1; i++) {
         solve_row(s, x, g, DX_MARGIN + i - part.row0);

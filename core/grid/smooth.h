@@ -12,18 +12,15 @@
 
 #include "core/grid/gates.h"
 #include "core/grid/marks.h"
+#include "core/rows/smoother.h"
 
-#define DX_SMOOTH_PAIRS    10
 #define DX_SMOOTH_MAX_MOVE 3 /* sigmas that a sample moves at most */
 
-/* Weights of a pair's two inverse ranges. */
-struct dx_smooth_line {
-    float minus, plus;
-};
-
 struct dx_smooth {
-    struct dx_gates gates;             /* those of the mesh, with the margin that smoothing needs */
-    double noise;                      /* of the samples: 1 for single ones, less for means */
+    struct dx_gates gates; /* those of the mesh, with the margin that smoothing needs */
+    double noise;          /* of the samples: 1 for single ones, less for means */
+    bool narrow;           /* 16-bit ranges: row_noise is sigma, for loops over rows */
+    struct dx_smooth_noise row_noise;
     uint32_t reach;                    /* dexels around one that it depends on */
     struct dx_smooth_line *line;       /* [height][DX_SMOOTH_PAIRS]; even grids only */
     struct dx_smooth_scratch *scratch; /* one a thread of the pool */

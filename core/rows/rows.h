@@ -11,6 +11,7 @@
 #define DX_ROWS_H
 
 #include "core/base/delta.h"
+#include "core/rows/smoother.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -121,6 +122,21 @@ struct dx_row_delta {
     const uint8_t *used, *used_north;
 };
 
+/* Points, or vectors. */
+struct dx_row_points {
+    float x[DX_ROWS_N + 8], y[DX_ROWS_N + 8], z[DX_ROWS_N + 8];
+};
+
+/* Cosines and sines of a row's columns. */
+struct dx_row_turn {
+    float c[DX_ROWS_N], s[DX_ROWS_N];
+};
+
+/* Two rows of points that are paired. */
+struct dx_row_span {
+    const float *x[2], *y[2], *z[2];
+};
+
 struct dx_rows {
     const char *name;
 
@@ -191,6 +207,36 @@ struct dx_rows {
      * and without a neighbour to tell from; the caller knows better. */
     void (*deltas)(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], uint8_t *alone,
                    const struct dx_row_delta *row);
+
+    /* ---- points ---- */
+
+    /* Those of ranges r (metres) in a row of a spinning geometry, by its six numbers; and in any
+     * other, by the vectors that ranges stretch. */
+    void (*turn)(struct dx_row_points *out, const float *row, const struct dx_row_turn *turn,
+                 const float *r);
+    void (*stretch)(struct dx_row_points *out, const struct dx_row_points *p, const float *r);
+
+    /* Of length 1, to 2^-20; no numbers where f32 cannot tell. */
+    void (*unit)(struct dx_row_points *p);
+
+    /* Keeps of the joined pairs those within the cap. unsure: joined, and by less than the margin
+     * on either side of its square; ask integers. Whether there are such. */
+    bool (*cap)(uint8_t *joined, uint8_t *unsure, const struct dx_row_span *span, float cap2,
+                float margin);
+
+    /* ---- normals: from the points of two rows ---- */
+
+    /* Adds the cross products of a row of cells' triangles to the sums of their upper corners, and
+     * begins those of the lower ones: the order of normals.h. */
+    void (*add_cells)(struct dx_row_points *top, struct dx_row_points *bottom,
+                      const struct dx_row_points *above, const struct dx_row_points *below,
+                      const uint8_t *code);
+
+    /* Two bytes (octahedral.h) of each sum, or of its opposite; 0, 0 where it is not used. */
+    void (*octahedral)(int8_t *out, const struct dx_row_points *sum, const uint8_t *used,
+                       bool flip);
+
+    struct dx_smoother smoother;
 };
 
 /* NULL: this processor (or this build) has no such instructions. */

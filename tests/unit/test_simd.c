@@ -1,6 +1,6 @@
 /*
  * Every instruction set gives what the generic loops give (docs/terrain.md: T6): whole tiles of
- * random frames by all rules, and the loops over tiles on random codes.
+ * random frames by all rules, and the loops over tiles and points on random ones.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "core/base/bytes.h"
+#include "core/grid/octahedral.h"
 #include "terrain_rig.h"
 
 /* The sets beside the generic one that this machine has. */
@@ -21,11 +23,14 @@ static int find_sets(const struct dx_rows *sets[DX_N_SIMD])
     return n;
 }
 
+/* What was published too: smoothed ranges are by loops over rows. */
 static void assert_same_tiles(const struct dx_terrain *x, const struct dx_terrain *y)
 {
+    const struct dx_plane *p = dx_terrain_published(x), *q = dx_terrain_published(y);
     struct dx_tile *a = calloc(1, sizeof(*a)), *b = calloc(1, sizeof(*b));
 
     assert_true(a && b);
+    assert_memory_equal(p->range, q->range, dx_plane_n_dexels(p) * p->range_bytes);
     for (uint32_t k = 0; k < dx_tiling_n_tiles(dx_terrain_tiling(x)); k++) {
         assert_int_equal(dx_terrain_tile(x, k, a), dx_terrain_tile(y, k, b));
         assert_memory_equal(a->code, b->code, sizeof(a->code));
@@ -61,6 +66,7 @@ static size_t compare_frame(struct dx_rng *rng, const struct variant *v)
     assert_int_equal(dx_plane_init(&p, g->height, g->width, g->range_bytes, 0), 0);
     (dx_rng_below(rng, 4) ? any_frame : extreme_frame)(&p, rng);
     any_rules(&q, v, rng);
+    q.smooth = dx_rng_below(rng, 3) == 0;
     q.simd = DX_SIMD_GENERIC;
     want = meshed(g, &q, &p, NULL);
     for (q.simd = DX_SIMD_GENERIC + 1; q.simd < DX_N_SIMD; q.simd++) {
@@ -188,6 +194,200 @@ static void every_set_builds_alike(void **state)
     free(tile);
 }
 
+/* ---- the loops over points ------------------------------------------------------------------- */
+
+struct measured {
+    struct dx_row_points turned, stretched, unit;
+    uint8_t within[DX_ROWS_N], unsure[DX_ROWS_N];
+    bool any_unsure;
+};
+
+struct places {
+    float row[6], r[DX_ROWS_N];
+    struct dx_row_turn turn;
+    struct dx_row_points beam;
+};
+
+static void any_places(struct places *x, struct dx_rng *rng)
+{
+    for (int k = 0; k < 6; k++)
+        x->row[k] = (float)(dx_rng_unit(rng) - 0.5);
+    for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+        x->r[j] = (float)(1 + 0.01 * dx_rng_unit(rng));
+        x->turn.c[j] = (float)(dx_rng_unit(rng) - 0.5);
+        x->turn.s[j] = (float)(dx_rng_unit(rng) - 0.5);
+    }
+    for (uint32_t j = 0; j < DX_ROWS_N + 8; j++) {
+        x->beam.x[j] = (float)(dx_rng_unit(rng) - 0.5);
+        x->beam.y[j] = (float)(dx_rng_unit(rng) - 0.5);
+        x->beam.z[j] = (float)(dx_rng_unit(rng) + 0.5);
+    }
+}
+
+/* Half of the pairs are joined; a margin that makes some of them unsure. */
+static void measure(struct measured *m, const struct dx_rows *rows, const struct places *x)
+{
+    const struct dx_row_points *p = &m->turned;
+    const struct dx_row_span span = {
+        .x = {p->x, p->x + 1}, .y = {p->y, p->y + 1}, .z = {p->z, p->z + 1}};
+
+    memset(m, 0, sizeof(*m));
+    rows->turn(&m->turned, x->row, &x->turn, x->r);
+    rows->stretch(&m->stretched, &x->beam, x->r);
+    m->unit = x->beam;
+    rows->unit(&m->unit);
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        m->within[j] = x->r[j] > 1.005f;
+    m->any_unsure = rows->cap(m->within, m->unsure, &span, 0.1f, 0.02f);
+}
+
+/* What the loops promise of a row. */
+static void check_measured(const struct measured *m, const struct places *x)
+{
+    uint8_t any = 0;
+
+    for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+        const struct dx_row_points *u = &m->unit;
+        const double l2 = (double)u->x[j] * (double)u->x[j] + (double)u->y[j] * (double)u->y[j] +
+                          (double)u->z[j] * (double)u->z[j];
+
+        assert_true(l2 > 1 - 0x1p-19 && l2 < 1 + 0x1p-19);
+        assert_true(x->r[j] > 1.005f || !(m->within[j] | m->unsure[j]));
+        any |= m->unsure[j];
+    }
+    assert_int_equal(m->any_unsure, any);
+}
+
+static void every_set_measures_alike(void **state)
+{
+    const struct dx_rows *sets[DX_N_SIMD];
+    struct dx_rng rng = dx_rng_init(6, 2);
+    const int n = find_sets(sets);
+    uint32_t n_within = 0, n_unsure = 0;
+
+    (void)state;
+    for (int k = 0; k < 500; k++) {
+        struct measured want, got;
+        struct places x;
+
+        any_places(&x, &rng);
+        measure(&want, dx_rows_get(DX_SIMD_GENERIC), &x);
+        check_measured(&want, &x);
+        for (uint32_t j = 0; j < DX_ROWS_N; j++) {
+            n_within += want.within[j];
+            n_unsure += want.unsure[j];
+        }
+        for (int s = 0; s < n; s++) {
+            measure(&got, sets[s], &x);
+            assert_memory_equal(&got, &want, sizeof(want));
+        }
+    }
+    assert_true(n_within > 1000 && n_unsure > 1000);
+}
+
+static void lengths_that_f32_cannot_square_are_told(void **state)
+{
+    static const float lengths[] = {0, 1e-25f, 1e25f};
+
+    (void)state;
+    for (enum dx_simd k = DX_SIMD_GENERIC; k < DX_N_SIMD; k++)
+        for (int l = 0; dx_rows_get(k) && l < 3; l++) {
+            struct dx_row_points p = {.x = {1, lengths[l], 1}};
+
+            dx_rows_get(k)->unit(&p);
+            assert_true(p.x[0] == 1 && p.x[2] == 1);
+            assert_true(isnan(p.x[1]));
+        }
+}
+
+/* ---- the loops for normals ------------------------------------------------------------------- */
+
+struct normals {
+    struct dx_row_points top, bottom;
+    int8_t bytes[2][2 * DX_ROWS_N];
+};
+
+/* Sums of all lengths, whole numbers and halves among them, and what has no direction. */
+static void any_sums(struct dx_row_points *p, struct dx_rng *rng)
+{
+    static const float odd[] = {0, -0.0f, 1, -1, 0.5f, 1e38f, 1e-44f, INFINITY, NAN};
+    float *const lanes[3] = {p->x, p->y, p->z};
+
+    for (uint32_t j = 0; j < DX_ROWS_N + 8; j++)
+        for (int k = 0; k < 3; k++)
+            lanes[k][j] = dx_rng_below(rng, 5) ? (float)(2 * dx_rng_unit(rng) - 1)
+                                               : odd[dx_rng_below(rng, 9)];
+}
+
+/* To the bit; of what is no number, that it is none. */
+static void assert_same_sums(const struct dx_row_points *a, const struct dx_row_points *b)
+{
+    const float *const x[3] = {a->x, a->y, a->z}, *const y[3] = {b->x, b->y, b->z};
+
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        for (int k = 0; k < 3; k++)
+            assert_true(dx_f32_bits(x[k][j]) == dx_f32_bits(y[k][j]) ||
+                        (isnan(x[k][j]) && isnan(y[k][j])));
+}
+
+static void find_normals(struct normals *n, const struct dx_rows *rows,
+                         const struct dx_row_points point[2], const struct dx_row_points *sums,
+                         const uint8_t *code)
+{
+    uint8_t used[DX_ROWS_N];
+
+    memset(n, 0, sizeof(*n));
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        used[j] = code[j] != 2;
+    rows->add_cells(&n->top, &n->bottom, &point[0], &point[1], code);
+    for (int flip = 0; flip < 2; flip++)
+        rows->octahedral(n->bytes[flip], sums, used, flip);
+}
+
+/* Lane by lane as octahedral.h has it. */
+static void check_octahedral(const struct normals *n, const struct dx_row_points *sums,
+                             const uint8_t *code)
+{
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        for (int flip = 0; flip < 2; flip++) {
+            const float sign = flip ? -1 : 1;
+            const float sum[3] = {sign * sums->x[j], sign * sums->y[j], sign * sums->z[j]};
+            int8_t want[2] = {0, 0};
+
+            if (code[j] != 2)
+                dx_octahedral_encode(want, sum);
+            assert_memory_equal(n->bytes[flip] + 2 * j, want, 2);
+        }
+}
+
+static void every_set_finds_the_same_normals(void **state)
+{
+    const struct dx_rows *sets[DX_N_SIMD];
+    struct dx_rng rng = dx_rng_init(6, 3);
+    const int n = find_sets(sets);
+
+    (void)state;
+    for (int k = 0; k < 500; k++) {
+        struct dx_row_points point[2], sums;
+        struct normals want, got;
+        uint8_t code[DX_ROWS_N];
+
+        any_sums(&point[0], &rng);
+        any_sums(&point[1], &rng);
+        any_sums(&sums, &rng);
+        for (uint32_t j = 0; j < DX_ROWS_N; j++)
+            code[j] = (uint8_t)dx_rng_below(&rng, 7);
+        find_normals(&want, dx_rows_get(DX_SIMD_GENERIC), point, &sums, code);
+        check_octahedral(&want, &sums, code);
+        for (int s = 0; s < n; s++) {
+            find_normals(&got, sets[s], point, &sums, code);
+            assert_memory_equal(got.bytes, want.bytes, sizeof(want.bytes));
+            assert_same_sums(&got.top, &want.top);
+            assert_same_sums(&got.bottom, &want.bottom);
+        }
+    }
+}
+
 static void the_best_set_is_one_of_them(void **state)
 {
     (void)state;
@@ -205,6 +405,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_set_decides_alike),
         cmocka_unit_test(every_set_builds_alike),
+        cmocka_unit_test(every_set_measures_alike),
+        cmocka_unit_test(lengths_that_f32_cannot_square_are_told),
+        cmocka_unit_test(every_set_finds_the_same_normals),
         cmocka_unit_test(the_best_set_is_one_of_them),
     };
 
