@@ -3,10 +3,8 @@
 #include "core/rows/rows_tiles.h"
 #include "core/rows/rows_wire.h"
 
-#include "core/rows/rows_points.h"
-
 #include "core/rows/rows_normals.h"
-
+#include "core/rows/rows_points.h"
 #include "core/rows/rows_smooth.h"
 
 #define DX_ROWS_TABLE(set_name)                                                                    \
