@@ -33,10 +33,8 @@
 #include "core/rows/rows_tiles.h"
 #include "core/rows/rows_wire.h"
 
-#include "core/rows/rows_points.h"
-
 #include "core/rows/rows_normals.h"
-
+#include "core/rows/rows_points.h"
 #include "core/rows/rows_smooth.h"
 
 #define BENDS(kind)                                                                                \

@@ -61,7 +61,7 @@ struct dx_smoother {
     void (*noise)(uint32_t *sigma8, const uint32_t *range, const struct dx_smooth_noise *s,
                   uint32_t n);
 
-    /* 1 / range; of missing dexels too: finite, and never looked at. n as above. */
+    /* 1 / range of n dexels, however many; of missing ones too: finite, and never looked at. */
     void (*invert)(float *out, const uint32_t *range, uint32_t n);
 
     /* Noise and scale from ranges; `per_unit` of what sigma8 counts. */

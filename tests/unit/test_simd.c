@@ -66,7 +66,7 @@ static size_t compare_frame(struct dx_rng *rng, const struct variant *v)
     assert_int_equal(dx_plane_init(&p, g->height, g->width, g->range_bytes, 0), 0);
     (dx_rng_below(rng, 4) ? any_frame : extreme_frame)(&p, rng);
     any_rules(&q, v, rng);
-    q.smooth = dx_rng_below(rng, 3) == 0;
+    q.smooth = dx_rng_below(rng, 6) == 0;
     q.simd = DX_SIMD_GENERIC;
     want = meshed(g, &q, &p, NULL);
     for (q.simd = DX_SIMD_GENERIC + 1; q.simd < DX_N_SIMD; q.simd++) {
