@@ -193,7 +193,7 @@ static void test_keys(void **state)
          "t.yaml:3:12: streams[0].mesh.seam: unknown key, expected one of sigma, tilt, cap, diag, "
          "rescue, mixed, bridge, caps, normals, paper, noise_gate"},
         {STREAM "    usb: {}", "t.yaml:3:5: streams[0].usb: unknown key, expected one of name, "
-                               "commit_ms, ingest, mesh, synthetic, file"},
+                               "commit_ms, ingest, mesh, record, synthetic, file"},
         {"threads: 1\nmax_clients: 5\nthreads: 1\n",
          "t.yaml:3:1: threads: duplicate key, already on line 1"},
         {SYNTHETIC "    mesh:\n      cap: 1\n      cap: 2\n",
