@@ -124,7 +124,7 @@ const struct dx_config_key dx_config_keys[] = {
     {"streams[].record.path", DX_CONFIG_PATH, STREAM(record.path), .min = 0, .max = 4000,
      .preset = "",
      .help = "The files' names: a path that ends in .mcap, with %Y %m %d %H %M %S %j %F %T for the time\n"
-             "(UTC) in its last part.\nA name that exists gets -2, -3 and so on.\nEmpty: no recording."},
+             "(UTC) in its last part.\nA name that exists gets _0002, _0003 and so on.\nEmpty: no recording."},
     {"streams[].record.start", DX_CONFIG_BOOL, STREAM(record.start), .preset = "yes",
      .help = "Record from the start of the service on.\nno: when dexel record start asks for it."},
     {"streams[].record.compression", DX_CONFIG_CHOICE, STREAM(record.compression),

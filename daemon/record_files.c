@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #define EXT       ".mcap"
-#define MAX_SAME  10000 /* names of one time */
+#define MAX_SAME  9999  /* names of one time */
 #define MAX_FOUND 65536
 
 static const char *name_of(const char *pattern)
@@ -75,7 +75,7 @@ int dx_record_files_create(struct dx_record_files *f, uint64_t unix_ns)
         if (n == 1)
             snprintf(f->path, sizeof(f->path), "%s" EXT, start);
         else
-            snprintf(f->path, sizeof(f->path), "%s-%u" EXT, start, n);
+            snprintf(f->path, sizeof(f->path), "%s_%04u" EXT, start, n);
         f->fd = open(f->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
         if (f->fd >= 0)
             return 0;
@@ -121,7 +121,7 @@ static bool is_ours(const char *stem, const char *name)
 
     if (!rest)
         return false;
-    if (*rest == '-') {
+    if (*rest == '_') {
         size_t digits = strspn(rest + 1, "0123456789");
 
         rest += digits ? 1 + digits : 0;

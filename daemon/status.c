@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "daemon/clock.h"
+#include "daemon/control_stream.h"
 #include "daemon/server_priv.h"
 
 static void set_count(json_t *o, const char *key, uint64_t n)
@@ -68,6 +69,8 @@ static json_t *stream_status(const struct dx_server_stream *st)
                             json_pack("{s:f,s:f}", "p50",
                                       (double)dx_latency_quantile(&st->latency, 0.5) * 1e-6, "p99",
                                       (double)dx_latency_quantile(&st->latency, 0.99) * 1e-6));
+    json_object_set_new(o, "recording", dx_control_recording(st)); /* NULL: stays out */
+    json_object_set_new(o, "replay", dx_control_replaying(st));
     return o;
 }
 
