@@ -17,7 +17,7 @@
 #define DX_CONFIG_MAX_LEN     (1u << 20) /* bytes of a file */
 #define DX_CONFIG_MAX_SOCKET  107        /* bytes of a socket's path: sun_path without its NUL */
 
-/* `record:` of a stream; docs/recordings.md. */
+/* `record:` of a stream; docs/recorder.md. */
 struct dx_record_config {
     char *path; /* pattern (record_files.h); "": nothing is recorded */
     bool start; /* from the first block on; else when asked */

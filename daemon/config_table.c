@@ -192,7 +192,9 @@ const struct dx_config_key dx_config_keys[] = {
     {"streams[].file.path", DX_CONFIG_PATH, STREAM(source.file.path), .min = 1, .max = 4095,
      .required = true,
      .help = "A file, a directory, or a pattern such as /data/scan-*.pcd.\n"
-             "Several files are the frames of a sequence, in the order of their names."},
+             "Several files are the frames of a sequence, in the order of their names.\n"
+             "Recordings of dexeld (MCAP) are decoded as their own configuration says; of the keys here,\n"
+             "rate, loop, lossless and wait count for them."},
     {"streams[].file.rate", DX_CONFIG_NUMBER, STREAM(source.file.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as recorded, as fast as possible, or so many times faster."},

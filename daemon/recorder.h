@@ -1,6 +1,6 @@
 /*
  * The recorder of one stream: a thread that writes the raw blocks of its reader to MCAP files
- * (docs/recordings.md). The reader hands them over through a ring of fixed size and never waits:
+ * (docs/recorder.md). The reader hands them over through a ring of fixed size and never waits:
  * what finds no room is counted, told once in the log, and told in the file as a gap. When the disk
  * fails, the recorder keeps what it has and tries again; nothing but the ring's overflow is lost.
  */

@@ -1,5 +1,5 @@
 /*
- * What a recording is inside its MCAP file (docs/recordings.md): raw blocks of a device as messages
+ * What a recording is inside its MCAP file (docs/recorder.md): raw blocks of a device as messages
  * of one channel, each in one piece or in several, and attachments that make it replay by itself.
  * Pure functions; reading leaves views into the given bytes and trusts nothing.
  */
