@@ -17,6 +17,16 @@
 #define DX_CONFIG_MAX_LEN     (1u << 20) /* bytes of a file */
 #define DX_CONFIG_MAX_SOCKET  107        /* bytes of a socket's path: sun_path without its NUL */
 
+/* `record:` of a stream; docs/recorder.md. */
+struct dx_record_config {
+    char *path; /* pattern (record_files.h); "": nothing is recorded */
+    bool start; /* from the first block on; else when asked */
+    int compression;
+    uint32_t split_mib, split_s; /* 0: not by this */
+    uint32_t keep_mib;           /* 0: all */
+    uint32_t buffer_mib;
+};
+
 struct dx_stream_config {
     char *name;
     const char *driver; /* for dx_driver_find(): "file", "synthetic" */
@@ -24,6 +34,7 @@ struct dx_stream_config {
         struct dx_file_config file;
         struct dx_synth_config synthetic;
     } source; /* its address is what the driver's open() takes */
+    struct dx_record_config record;
     uint32_t commit_ms;
     struct dx_terrain_params mesh;
     uint32_t wait; /* a replay starts when so many have subscribed */
@@ -67,6 +78,10 @@ int dx_config_for_replay(struct dx_config *config, const struct dx_config_replay
 
 /* The configuration in force, as YAML that reads back as the same. */
 void dx_config_print(FILE *out, const struct dx_config *config);
+
+/* A configuration of this stream alone, as it lies in a recording: without its `record` and `wait`.
+ * *text is the caller's to free. -ENOMEM. */
+int dx_config_stream_text(char **text, size_t *len, const struct dx_stream_config *stream);
 
 /* Every key with help, range and default, as the mdoc list in dexeld.yaml(5). */
 void dx_config_print_keys(FILE *out);

@@ -4,6 +4,8 @@
  */
 #include "daemon/config_parse.h"
 
+#include "daemon/record_files.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -57,6 +59,19 @@ static int check_exact(const struct check *c, uint32_t n)
     return why ? fail_stream(c, n, "file.exact", why) : 0;
 }
 
+static int check_record(const struct check *c, uint32_t n)
+{
+    const struct dx_record_config *r = &c->config->streams[n].record;
+    const char *why = *r->path ? dx_record_files_check(r->path) : NULL;
+
+    if (why)
+        return fail_stream(c, n, "record.path", why);
+    if (r->keep_mib && (!r->split_mib || r->keep_mib / 2 < r->split_mib))
+        return fail_stream(c, n, "record.keep_mib",
+                           "expected at least twice split_mib, which may not be 0 then");
+    return 0;
+}
+
 static int check_stream(const struct check *c, uint32_t n)
 {
     const struct dx_stream_config *s = &c->config->streams[n];
@@ -81,7 +96,8 @@ static int check_stream(const struct check *c, uint32_t n)
                  c->config->max_clients);
         return fail_stream(c, n, "file.wait", text);
     }
-    return check_exact(c, n);
+    r = check_record(c, n);
+    return r ? r : check_exact(c, n);
 }
 
 int dx_config_check(const struct dx_config *config, const struct dx_config_marks *marks,

@@ -4,6 +4,8 @@
  */
 #include "daemon/config_table.h"
 
+#include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 
 static void print_stream(FILE *out, const struct dx_stream_config *stream)
@@ -40,6 +42,38 @@ void dx_config_print(FILE *out, const struct dx_config *config)
         print_stream(out, &config->streams[i]);
 }
 
+/* What is printed is the stream's own text: an attachment tells how to decode, not how to record.
+ */
+int dx_config_stream_text(char **text, size_t *len, const struct dx_stream_config *stream)
+{
+    const struct dx_config_key *record = dx_config_key_find("streams[].record"), *key;
+    struct dx_stream_config alone = *stream;
+    FILE *out = open_memstream(text, len);
+    int r = 0;
+
+    if (!out)
+        return -ENOMEM;
+    alone.record = (struct dx_record_config){0};
+    alone.wait = 0;
+    for (key = dx_config_keys; key->path && r == 0; key++)
+        if (dx_config_key_inside(key, record))
+            r = dx_config_value_preset(key, &alone);
+    if (r == 0) {
+        fputs("streams:\n", out);
+        print_stream(out, &alone);
+    }
+    free(alone.record.path);
+    if (ferror(out))
+        r = -ENOMEM;
+    if (fclose(out) != 0 && r == 0)
+        r = -ENOMEM;
+    if (r) {
+        free(*text);
+        *text = NULL;
+    }
+    return r;
+}
+
 /* A line of mdoc text; one that starts with a dot would be taken for a macro. */
 static void print_help(FILE *out, const char *help)
 {
@@ -64,7 +98,7 @@ static void print_allowed(FILE *out, const struct dx_config_key *key)
     dx_config_value_allowed(key, allowed);
     fprintf(out, "Value: %s", allowed);
     if (key->preset)
-        fprintf(out, "; default %s", key->preset);
+        fprintf(out, "; default %s", *key->preset ? key->preset : "empty");
     else if (key->required)
         fputs("; required", out);
     fputs(".\n", out);

@@ -4,6 +4,8 @@
  */
 #include "daemon/config_parse.h"
 
+#include "daemon/playlist.h"
+
 #include <errno.h>
 #include <string.h>
 
@@ -42,6 +44,27 @@ static int set_sockets(struct dx_config *config, const char *socket, struct dx_e
     return r ? r : set_option(config, "control_socket", "--socket", control, err);
 }
 
+/* A recording is meshed as its stream was, unless its configuration cannot be read: the player will
+ * say why. */
+static void set_recorded(struct dx_stream_config *stream)
+{
+    struct dx_playlist *list;
+    struct dx_config recorded;
+    const char *text;
+    size_t len;
+
+    if (!dx_playlist_wants(stream->source.file.path) ||
+        dx_playlist_new(&list, stream->source.file.path, NULL) != 0)
+        return;
+    text = dx_playlist_config(list, &len);
+    if (dx_config_parse(&recorded, DX_RECORDING_CONFIG, text, len, NULL) == 0) {
+        stream->mesh = recorded.streams[0].mesh;
+        stream->commit_ms = recorded.streams[0].commit_ms;
+        dx_config_fini(&recorded);
+    }
+    dx_playlist_free(list);
+}
+
 static int set_replay(struct dx_stream_config *stream, const struct dx_config_replay *replay,
                       struct dx_err *err)
 {
@@ -60,6 +83,7 @@ static int set_replay(struct dx_stream_config *stream, const struct dx_config_re
         r = set_option(stream, "streams[].file.rate", "--rate", replay->rate, err);
     if (r)
         return r;
+    set_recorded(stream);
     stream->source.file.loop = replay->loop;
     stream->lossless = stream->source.file.rate == 0;
     stream->wait = stream->lossless;

@@ -4,6 +4,8 @@
  */
 #include "daemon/config_table.h"
 
+#include "drivers/file/mcap_pack.h"
+
 #include <stddef.h>
 #include <syslog.h>
 
@@ -31,6 +33,8 @@ static const struct dx_config_word diagonals[] = {
     {"fixed", DX_DIAG_FIXED}, {"short", DX_DIAG_SHORT}, {"bend", DX_DIAG_BEND}, {NULL, 0}};
 static const struct dx_config_word mixed[] = {
     {"off", DX_MIXED_OFF}, {"axis", DX_MIXED_AXIS}, {"strict", DX_MIXED_STRICT}, {NULL, 0}};
+static const struct dx_config_word compressions[] = {
+    {"none", DX_MCAP_NONE}, {"lz4", DX_MCAP_LZ4}, {"zstd", DX_MCAP_ZSTD}, {NULL, 0}};
 static const struct dx_config_word lengths[] = {{"0", 0}, {"1", 1}, {"2", 2}, {NULL, 0}};
 
 /* clang-format off */
@@ -118,6 +122,32 @@ const struct dx_config_key dx_config_keys[] = {
      .preset = "4",
      .help = "Range steps below so many sigmas count as noise and are joined."},
 
+    {"streams[].record", DX_CONFIG_MAP, STREAM(record),
+     .help = "Recordings of what the device said, as MCAP files that dexeld replays."},
+    {"streams[].record.path", DX_CONFIG_PATH, STREAM(record.path), .min = 0, .max = 4000,
+     .preset = "",
+     .help = "The files' names: a path that ends in .mcap, with %Y %m %d %H %M %S %j %F %T for the time\n"
+             "(UTC) in its last part.\nA name that exists gets _0002, _0003 and so on.\nEmpty: no recording."},
+    {"streams[].record.start", DX_CONFIG_BOOL, STREAM(record.start), .preset = "yes",
+     .help = "Record from the start of the service on.\nno: when dexel record start asks for it."},
+    {"streams[].record.compression", DX_CONFIG_CHOICE, STREAM(record.compression),
+     .words = compressions, .preset = "zstd",
+     .help = "Of the chunks of a file."},
+    {"streams[].record.split_mib", DX_CONFIG_UINT, STREAM(record.split_mib), .min = 0,
+     .max = 1048576, .preset = "1024",
+     .help = "MiB after which a file ends and the next begins; nothing between them is lost.\n0: any size."},
+    {"streams[].record.split_s", DX_CONFIG_UINT, STREAM(record.split_s), .min = 0,
+     .max = 31536000, .preset = "0",
+     .help = "Seconds after which a file ends and the next begins.\n0: any time."},
+    {"streams[].record.keep_mib", DX_CONFIG_UINT, STREAM(record.keep_mib), .min = 0,
+     .max = 1073741824, .preset = "0",
+     .help = "MiB of all files of this path that stay: the oldest are removed.\n"
+             "At least twice split_mib.\n0: all stay."},
+    {"streams[].record.buffer_mib", DX_CONFIG_UINT, STREAM(record.buffer_mib), .min = 1,
+     .max = 4096, .preset = "64",
+     .help = "MiB of memory for blocks on their way to the disk; what finds no room there is lost, and\n"
+             "told.\nA block must fit into it whole."},
+
     {"streams[].synthetic", DX_CONFIG_DRIVER, STREAM(source.synthetic),
      .help = "Driver: a simulated scanner in an analytic scene, the same bytes on every machine."},
     {"streams[].synthetic.scene", DX_CONFIG_CHOICE, STREAM(source.synthetic.scene.scene),
@@ -165,7 +195,9 @@ const struct dx_config_key dx_config_keys[] = {
     {"streams[].file.path", DX_CONFIG_PATH, STREAM(source.file.path), .min = 1, .max = 4095,
      .required = true,
      .help = "A file, a directory, or a pattern such as /data/scan-*.pcd.\n"
-             "Several files are the frames of a sequence, in the order of their names."},
+             "Several files are the frames of a sequence, in the order of their names.\n"
+             "Recordings of dexeld (MCAP) are decoded as their own configuration says; of the keys here,\n"
+             "rate, loop, lossless and wait count for them."},
     {"streams[].file.rate", DX_CONFIG_NUMBER, STREAM(source.file.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as recorded, as fast as possible, or so many times faster."},

@@ -8,6 +8,7 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
+#include "daemon/control_stream.h"
 #include "daemon/log.h"
 #include "daemon/server_priv.h"
 #include "daemon/status.h"
@@ -43,29 +44,43 @@ static void hang_up(struct connection *c)
     c->fd = -1;
 }
 
+static json_t *quit(struct dx_server *server)
+{
+    dx_log_info("control", "stopping: asked to quit");
+    dx_server_stop(server);
+    return json_object();
+}
+
+static json_t *reply_to(struct dx_server *server, const json_t *request)
+{
+    const char *what = json_string_value(json_object_get(request, "request"));
+
+    if (!what)
+        return json_pack("{s:s}", "error", "expected an object with a string \"request\"");
+    if (!strcmp(what, "status"))
+        return dx_status(server);
+    if (!strcmp(what, "record"))
+        return dx_control_record(server, request);
+    if (!strcmp(what, "replay"))
+        return dx_control_replay(server, request);
+    if (!strcmp(what, "quit"))
+        return quit(server);
+    return json_pack(
+        "{s:o}", "error",
+        json_sprintf("unknown request '%s', expected status, record, replay or quit", what));
+}
+
 /* The line that answers a request, with its newline; NULL: no memory. */
 static char *answer(struct dx_server *server, const char *line, size_t len)
 {
     json_error_t where;
     json_t *request = json_loadb(line, len, JSON_REJECT_DUPLICATES, &where), *reply;
-    const char *what = json_string_value(json_object_get(request, "request"));
     char *text;
 
-    if (!request)
-        reply = json_pack("{s:o}", "error", json_sprintf("not JSON: %s", where.text));
-    else if (!what)
-        reply = json_pack("{s:s}", "error", "expected an object with a string \"request\"");
-    else if (!strcmp(what, "status"))
-        reply = dx_status(server);
-    else if (!strcmp(what, "quit"))
-        reply = json_object();
+    if (request)
+        reply = reply_to(server, request);
     else
-        reply = json_pack("{s:o}", "error",
-                          json_sprintf("unknown request '%s', expected status or quit", what));
-    if (what && !strcmp(what, "quit")) {
-        dx_log_info("control", "stopping: asked to quit");
-        dx_server_stop(server);
-    }
+        reply = json_pack("{s:o}", "error", json_sprintf("not JSON: %s", where.text));
     json_decref(request);
     text = reply ? json_dumps(reply, JSON_COMPACT) : NULL;
     json_decref(reply);

@@ -1,7 +1,7 @@
 /*
  * The control socket: one JSON object a line in, one a line out. {"request":"status"} is answered
- * as status.h says, {"request":"quit"} with {} and the end of the service; anything else with
- * {"error":"..."}. Loop thread.
+ * as status.h says, record and replay as control_stream.h does, {"request":"quit"} with {} and the
+ * end of the service; anything else with {"error":"..."}. Loop thread.
  */
 #ifndef DX_CONTROL_H
 #define DX_CONTROL_H

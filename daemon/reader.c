@@ -14,6 +14,9 @@ struct dx_stream_reader {
     struct dx_device *device;
     struct dx_mailbox *mailbox;
     struct dx_counters *counters;
+    struct dx_recorder *recorder; /* NULL: none */
+    struct dx_frame_sink sink;    /* the mailbox's, behind ours */
+    bool frame_ended;             /* by the last part delivered; at the start: yes */
     atomic_bool stop;
     bool is_live;       /* a frame has come, and subscribers know */
     struct dx_err last; /* what was wrong with the newest block that was wrong */
@@ -33,6 +36,8 @@ int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
     r->driver = driver;
     r->mailbox = mailbox;
     r->counters = counters;
+    r->sink = dx_mailbox_sink(mailbox);
+    r->frame_ended = true;
     result = driver->open(&r->device, driver_config, err);
     if (result < 0) {
         free(r);
@@ -50,6 +55,16 @@ void dx_stream_reader_free(struct dx_stream_reader *r)
     free(r);
 }
 
+void dx_stream_reader_record(struct dx_stream_reader *r, struct dx_recorder *recorder)
+{
+    r->recorder = recorder;
+}
+
+struct dx_device *dx_stream_reader_device(struct dx_stream_reader *r)
+{
+    return r->device;
+}
+
 void dx_stream_reader_stop(struct dx_stream_reader *r)
 {
     atomic_store_explicit(&r->stop, true, memory_order_release);
@@ -61,9 +76,39 @@ static bool stopped(struct dx_stream_reader *r)
     return atomic_load_explicit(&r->stop, memory_order_acquire);
 }
 
+/* ---- between driver and mailbox: what a recording must know ----------------------------------
+ */
+
+static int on_geometry(void *reader, struct dx_geometry *g, uint8_t attr_bytes)
+{
+    struct dx_stream_reader *r = reader;
+
+    if (r->recorder)
+        dx_recorder_geometry(r->recorder, g, attr_bytes);
+    return r->sink.geometry(r->sink.ctx, g, attr_bytes);
+}
+
+static struct dx_plane *on_plane(void *reader, uint64_t number)
+{
+    struct dx_stream_reader *r = reader;
+
+    return r->sink.plane(r->sink.ctx, number);
+}
+
+static void on_deliver(void *reader, const struct dx_frame_part *part)
+{
+    struct dx_stream_reader *r = reader;
+
+    r->frame_ended = part->last;
+    r->sink.deliver(r->sink.ctx, part);
+}
+
+/* ---- the loop --------------------------------------------------------------------------------
+ */
+
 static void decode(struct dx_stream_reader *r, const struct dx_block *block)
 {
-    struct dx_frame_sink sink = dx_mailbox_sink(r->mailbox);
+    const struct dx_frame_sink sink = {r, on_geometry, on_plane, on_deliver};
     struct dx_err err = {""};
     int result = r->driver->decode(r->device, block, &sink, &err);
 
@@ -105,10 +150,13 @@ void dx_stream_reader_run(struct dx_stream_reader *r)
         struct dx_block block;
 
         result = r->driver->read(r->device, &block, &err);
-        if (result == 0)
+        if (result == 0) {
+            if (r->recorder)
+                dx_recorder_feed(r->recorder, &block, r->frame_ended);
             decode(r, &block);
-        else if (result != DX_DRIVER_E_AGAIN)
+        } else if (result != DX_DRIVER_E_AGAIN) {
             break;
+        }
     }
     if (!stopped(r))
         finish(r, result, &err);

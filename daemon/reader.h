@@ -8,6 +8,7 @@
 
 #include "daemon/counters.h"
 #include "daemon/mailbox.h"
+#include "daemon/recorder.h"
 #include "drivers/driver.h"
 
 struct dx_stream_reader;
@@ -17,6 +18,9 @@ int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
                          const struct dx_driver *driver, const void *driver_config,
                          struct dx_mailbox *mailbox, struct dx_counters *counters,
                          struct dx_err *err);
+/* Before it runs: who gets every raw block. Borrowed. */
+void dx_stream_reader_record(struct dx_stream_reader *r, struct dx_recorder *recorder);
+struct dx_device *dx_stream_reader_device(struct dx_stream_reader *r);
 void dx_stream_reader_free(struct dx_stream_reader *r); /* closes the device */
 
 /* The thread's body; returns when the source has ended, gone, or dx_stream_reader_stop was called.

@@ -11,6 +11,8 @@
 #include "daemon/counters.h"
 #include "daemon/feed.h"
 
+struct dx_device;
+struct dx_recorder;
 struct dx_server;
 
 struct dx_server_options {
@@ -23,10 +25,12 @@ struct dx_server_options {
 };
 
 struct dx_server_stream_options {
-    const char *name; /* these three are borrowed and must outlive the server */
+    const char *name; /* all that is pointed to is borrowed and must outlive the server */
     struct dx_feed *feed;
     struct dx_counters *counters;
-    bool lossless; /* lossless subscribers are allowed */
+    bool lossless;                /* lossless subscribers are allowed */
+    struct dx_recorder *recorder; /* for the control socket; NULL: none, also the next */
+    struct dx_device *player;
     /* How many are subscribed now; called by the loop when that changes. May be NULL. */
     void (*subscribers)(void *ctx, uint32_t n);
     void *ctx;

@@ -70,6 +70,8 @@ static int open_server(struct service *s, const struct dx_config *config, struct
                                                   .feed = dx_stream_feed(s->stream[k]),
                                                   .counters = dx_stream_counters(s->stream[k]),
                                                   .lossless = c->lossless,
+                                                  .recorder = dx_stream_recorder(s->stream[k]),
+                                                  .player = dx_stream_player(s->stream[k]),
                                                   .subscribers = dx_stream_subscribers,
                                                   .ctx = s->stream[k]};
 

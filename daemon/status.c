@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "daemon/clock.h"
+#include "daemon/control_stream.h"
 #include "daemon/server_priv.h"
 
 static void set_count(json_t *o, const char *key, uint64_t n)
@@ -83,6 +84,8 @@ static json_t *stream_status(const struct dx_server_stream *st)
     set_count(o, "subscribers", st->n_subscribers);
     if (st->latency.n)
         json_object_set_new(o, "latency_ms", latency_status(st));
+    json_object_set_new(o, "recording", dx_control_recording(st)); /* NULL: stays out */
+    json_object_set_new(o, "replay", dx_control_replaying(st));
     return o;
 }
 

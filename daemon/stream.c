@@ -5,7 +5,10 @@
 #include "daemon/log.h"
 #include "daemon/mailbox.h"
 #include "daemon/mesher.h"
+#include "daemon/player.h"
+#include "daemon/playlist.h"
 #include "daemon/reader.h"
+#include "daemon/record_files.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -16,7 +19,8 @@
 /* A grid may have so many tiles (4096 cells each); a feed of this size is address space, not
  * memory. */
 #define MAX_TILES   16384
-#define FEED_EPOCHS 6 /* one current, one being built, four pinned */
+#define RECORDER_NS 2000000000u /* for the recorder to end its file */
+#define FEED_EPOCHS 6           /* one current, one being built, four pinned */
 
 struct dx_stream {
     const struct dx_stream_config *config;
@@ -25,11 +29,14 @@ struct dx_stream {
     struct dx_feed *feed;
     struct dx_mesher *mesher;
     struct dx_stream_reader *reader;
-    sem_t reader_done;
+    bool replays; /* recordings: the device is a player */
+    struct dx_record_files files;
+    struct dx_recorder *recorder; /* NULL: none */
+    sem_t reader_done, recorder_done;
     sem_t start; /* raised when enough have subscribed, or at the stop */
     atomic_bool enough;
-    bool reader_runs, mesher_runs;
-    pthread_t reader_thread, mesher_thread;
+    bool reader_runs, mesher_runs, recorder_runs;
+    pthread_t reader_thread, mesher_thread, recorder_thread;
 };
 
 static void kick_mesher(void *stream)
@@ -37,6 +44,93 @@ static void kick_mesher(void *stream)
     struct dx_stream *s = stream;
 
     dx_mesher_kick(s->mesher);
+}
+
+/* ---- recording -------------------------------------------------------------------------------
+ */
+
+static int create_file(void *ctx, struct dx_mcap_sink *sink, const char **path, uint64_t unix_ns)
+{
+    struct dx_record_files *f = ctx;
+    int r = dx_record_files_create(f, unix_ns);
+
+    *path = f->path;
+    if (r == 0)
+        *sink = dx_mcap_sink_fd(f->fd);
+    return r;
+}
+
+static int sync_file(void *ctx)
+{
+    dx_record_files_trim(ctx);
+    return dx_record_files_sync(ctx);
+}
+
+static void close_file(void *ctx)
+{
+    dx_record_files_close(ctx);
+}
+
+/* What decodes the blocks: of a replay, what the recording says. */
+static int make_recorder(struct dx_stream *s, struct dx_recorder_config *c, struct dx_err *err)
+{
+    struct dx_device *player = dx_stream_player(s);
+    char *text = NULL;
+    int r = 0;
+
+    if (player) {
+        c->driver = dx_player_driver_name(player);
+        c->yaml = dx_player_config_text(player, &c->yaml_len);
+    } else {
+        r = dx_config_stream_text(&text, &c->yaml_len, s->config);
+        c->yaml = text;
+    }
+    if (r == 0)
+        r = dx_recorder_new(&s->recorder, c, err);
+    else
+        dx_err_set(err, r, "%s", strerror(-r));
+    free(text);
+    return r;
+}
+
+static int open_recorder(struct dx_stream *s, struct dx_err *err)
+{
+    const struct dx_record_config *record = &s->config->record;
+    struct dx_recorder_config c = {
+        .name = s->config->name,
+        .driver = s->config->driver,
+        .store = {&s->files, create_file, sync_file, close_file},
+        .ring_len = (size_t)record->buffer_mib << 20,
+        .compression = (enum dx_mcap_compression)record->compression,
+        .split_len = (uint64_t)record->split_mib << 20,
+        .split_ns = (uint64_t)record->split_s * 1000000000u,
+        .start = record->start,
+    };
+    int r;
+
+    if (!*record->path)
+        return 0;
+    dx_record_files_init(&s->files, record->path, (uint64_t)record->keep_mib << 20);
+    r = make_recorder(s, &c, err);
+    if (r) {
+        dx_err_prefix(err, s->config->name);
+        return r;
+    }
+    dx_stream_reader_record(s->reader, s->recorder);
+    return 0;
+}
+
+/* ---- the stream ------------------------------------------------------------------------------
+ */
+
+static int open_reader(struct dx_stream *s, struct dx_err *err)
+{
+    const struct dx_stream_config *c = s->config;
+    const struct dx_driver *driver = dx_driver_find(c->driver);
+
+    s->replays = driver == &dx_file_driver && dx_playlist_wants(c->source.file.path);
+    return dx_stream_reader_new(&s->reader, c->name, s->replays ? &dx_player_driver : driver,
+                                &c->source, s->mailbox, &s->counters, err);
 }
 
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
@@ -55,6 +149,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
     s->config = config;
     sem_init(&s->start, 0, 0);
     sem_init(&s->reader_done, 0, 0);
+    sem_init(&s->recorder_done, 0, 0);
     r = dx_mailbox_new(&s->mailbox, config->lossless, kick_mesher, s);
     if (r == 0)
         r = dx_feed_new(&s->feed, MAX_TILES, FEED_EPOCHS, 2, -1, kick_mesher, s);
@@ -64,8 +159,9 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
         dx_err_set(err, r, "stream %s: %s", config->name, strerror(-r));
         goto err_stream;
     }
-    r = dx_stream_reader_new(&s->reader, config->name, dx_driver_find(config->driver),
-                             &config->source, s->mailbox, &s->counters, err);
+    r = open_reader(s, err);
+    if (r == 0)
+        r = open_recorder(s, err);
     if (r < 0)
         goto err_stream;
     *out = s;
@@ -81,10 +177,12 @@ void dx_stream_free(struct dx_stream *s)
     if (!s)
         return;
     dx_stream_reader_free(s->reader);
+    dx_recorder_free(s->recorder);
     dx_mesher_free(s->mesher);
     dx_feed_free(s->feed);
     dx_mailbox_free(s->mailbox);
     sem_destroy(&s->reader_done);
+    sem_destroy(&s->recorder_done);
     sem_destroy(&s->start);
     free(s);
 }
@@ -108,10 +206,22 @@ static void *mesher_main(void *stream)
     return NULL;
 }
 
+static void *recorder_main(void *stream)
+{
+    struct dx_stream *s = stream;
+
+    dx_recorder_run(s->recorder);
+    sem_post(&s->recorder_done);
+    return NULL;
+}
+
 int dx_stream_start(struct dx_stream *s, struct dx_err *err)
 {
-    int r = pthread_create(&s->mesher_thread, NULL, mesher_main, s);
+    int r = s->recorder ? pthread_create(&s->recorder_thread, NULL, recorder_main, s) : 0;
 
+    s->recorder_runs = s->recorder && r == 0;
+    if (r == 0)
+        r = pthread_create(&s->mesher_thread, NULL, mesher_main, s);
     s->mesher_runs = r == 0;
     if (r == 0)
         r = pthread_create(&s->reader_thread, NULL, reader_main, s);
@@ -120,6 +230,8 @@ int dx_stream_start(struct dx_stream *s, struct dx_err *err)
         return dx_err_set(err, -r, "stream %s: no thread: %s", s->config->name, strerror(r));
     pthread_setname_np(s->mesher_thread, "mesher");
     pthread_setname_np(s->reader_thread, "reader");
+    if (s->recorder_runs)
+        pthread_setname_np(s->recorder_thread, "recorder");
     return 0;
 }
 
@@ -133,18 +245,49 @@ void dx_stream_stop(struct dx_stream *s)
         dx_mesher_stop(s->mesher);
 }
 
+static bool join_reader(struct dx_stream *s, uint64_t due_ns)
+{
+    if (!s->reader_runs)
+        return true;
+    if (dx_clock_sem_wait(&s->reader_done, due_ns) < 0)
+        return false;
+    pthread_join(s->reader_thread, NULL); /* at once */
+    s->reader_runs = false;
+    return true;
+}
+
+/* It finishes its file, if the disk lets it. */
+static bool join_recorder(struct dx_stream *s, bool reader_is_back)
+{
+    if (!s->recorder_runs)
+        return true;
+    dx_recorder_stop(s->recorder, reader_is_back);
+    if (dx_clock_sem_wait(&s->recorder_done, dx_clock_ns() + RECORDER_NS) < 0)
+        return false;
+    pthread_join(s->recorder_thread, NULL);
+    s->recorder_runs = false;
+    return true;
+}
+
 bool dx_stream_join(struct dx_stream *s, uint64_t due_ns)
 {
+    bool reader_is_back;
+
     if (s->mesher_runs)
         pthread_join(s->mesher_thread, NULL);
     s->mesher_runs = false;
-    if (s->reader_runs) {
-        if (dx_clock_sem_wait(&s->reader_done, due_ns) < 0)
-            return false;
-        pthread_join(s->reader_thread, NULL); /* at once */
-    }
-    s->reader_runs = false;
-    return true;
+    reader_is_back = join_reader(s, due_ns);
+    return join_recorder(s, reader_is_back) && reader_is_back;
+}
+
+struct dx_recorder *dx_stream_recorder(struct dx_stream *s)
+{
+    return s->recorder;
+}
+
+struct dx_device *dx_stream_player(struct dx_stream *s)
+{
+    return s->replays ? dx_stream_reader_device(s->reader) : NULL;
 }
 
 void dx_stream_subscribers(void *stream, uint32_t n)

@@ -10,6 +10,7 @@
 #include "daemon/config.h"
 #include "daemon/counters.h"
 #include "daemon/feed.h"
+#include "daemon/recorder.h"
 
 struct dx_stream;
 
@@ -26,14 +27,19 @@ void dx_stream_free(struct dx_stream *s);
 int dx_stream_start(struct dx_stream *s, struct dx_err *err);
 
 /* Asks the threads to stop; dx_stream_join waits for them. False: the reader did not come back
- * before `due_ns` of CLOCK_MONOTONIC (a decode cannot be interrupted), and nothing of the stream
- * may be freed. */
+ * before `due_ns` of CLOCK_MONOTONIC (a decode cannot be interrupted), or the recorder not in 2 s
+ * more (a disk that is stuck), and nothing of the stream may be freed. */
 void dx_stream_stop(struct dx_stream *s);
 bool dx_stream_join(struct dx_stream *s, uint64_t due_ns);
 
 /* How many have subscribed; a replay that waits for some starts when there are enough. Any thread.
  */
 void dx_stream_subscribers(void *stream, uint32_t n);
+
+/* NULL: nothing of it is recorded. */
+struct dx_recorder *dx_stream_recorder(struct dx_stream *s);
+/* The player (player.h) of a stream that replays a recording; else NULL. */
+struct dx_device *dx_stream_player(struct dx_stream *s);
 
 struct dx_feed *dx_stream_feed(struct dx_stream *s);
 struct dx_counters *dx_stream_counters(struct dx_stream *s);

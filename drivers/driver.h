@@ -75,6 +75,9 @@ struct dx_driver {
 
     /* Opens what `config` (the driver's own struct) names; reads no frame yet. */
     int (*open)(struct dx_device **out, const void *config, struct dx_err *err);
+    /* The same for blocks of a recording: touches nothing that `config` names. Of what it opens
+     * only decode, adopt, describe and close are called. */
+    int (*open_decoder)(struct dx_device **out, const void *config, struct dx_err *err);
     int (*start)(struct dx_device *dev, struct dx_err *err);
 
     /* Waits for the next block. 0, or AGAIN, EOF, GONE, or negative. */
@@ -83,6 +86,12 @@ struct dx_driver {
     /* One block to parts. 0, CORRUPT, AGAIN (the sink is closing), or negative. */
     int (*decode)(struct dx_device *dev, const struct dx_block *block,
                   const struct dx_frame_sink *sink, struct dx_err *err);
+
+    /* Before the first block of a recording that is decoded from its middle on: the geometry that
+     * was in force there, told to the sink as decode() does. NULL: the driver makes it from its
+     * configuration alone. Returns as decode(). */
+    int (*adopt)(struct dx_device *dev, struct dx_geometry *g, uint8_t attr_bytes,
+                 const struct dx_frame_sink *sink, struct dx_err *err);
 
     void (*stop)(struct dx_device *dev);
     void (*close)(struct dx_device *dev); /* NULL is fine */

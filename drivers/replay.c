@@ -46,12 +46,11 @@ static uint64_t due(const struct dx_pace *p, uint64_t stamp_ns)
     return after < 9e18 ? p->start_ns + (uint64_t)after : UINT64_MAX;
 }
 
-/* Waits for `wait_ns` or a wake. */
-static int wait_ns(struct dx_pace *p, uint64_t wait_ns)
+/* Waits for a wake, or until the time (NULL: none) is over. */
+static int wait_for(struct dx_pace *p, const struct timespec *time)
 {
     struct pollfd fd = {.fd = p->wake_fd, .events = POLLIN};
-    struct timespec t = {(time_t)(wait_ns / NS_PER_S), (long)(wait_ns % NS_PER_S)};
-    int n = ppoll(&fd, 1, &t, NULL);
+    int n = ppoll(&fd, 1, time, NULL);
     uint64_t count;
 
     if (n < 0)
@@ -61,6 +60,23 @@ static int wait_ns(struct dx_pace *p, uint64_t wait_ns)
     /* an empty eventfd (EAGAIN) means that it was taken already: a wake all the same */
     (void)!read(p->wake_fd, &count, sizeof(count));
     return DX_DRIVER_E_AGAIN;
+}
+
+static int wait_ns(struct dx_pace *p, uint64_t ns)
+{
+    const struct timespec t = {(time_t)(ns / NS_PER_S), (long)(ns % NS_PER_S)};
+
+    return wait_for(p, &t);
+}
+
+int dx_pace_idle(struct dx_pace *p)
+{
+    int rc;
+
+    do
+        rc = wait_for(p, NULL);
+    while (rc == 0);
+    return rc;
 }
 
 int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)

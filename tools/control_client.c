@@ -137,7 +137,7 @@ static int tell(struct dx_err *err, const char *path, int rc)
         return dx_err_set(
             err, rc,
             "%s: found no JSON line in answer, expected one; this seems to be the mesh "
-            "socket, but status needs the control socket (control_socket in the "
+            "socket, but this needs the control socket (control_socket in the "
             "configuration)",
             path);
     return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));

@@ -190,6 +190,20 @@ int dx_array_settle(struct dx_array *a, const struct dx_points *points, const do
     return rc;
 }
 
+int dx_array_adopt(struct dx_array *a, struct dx_geometry *g, uint8_t attr_bytes,
+                   const struct dx_frame_sink *sink)
+{
+    const struct dx_fit_report none = {0};
+    const struct dx_geometry *old = a->geometry;
+
+    if (old && a->attr_bytes == attr_bytes && dx_geometry_departure(old, g) == 0 &&
+        old->unit_m == g->unit_m && old->range_bytes == g->range_bytes && old->exact == g->exact &&
+        memcmp(old->pose, g->pose, sizeof(g->pose)) == 0)
+        return 0;
+    drop_represent(a);
+    return tell(a, g, attr_bytes, &none, sink);
+}
+
 void dx_array_fill(struct dx_array *a, struct dx_plane *plane, const struct dx_points *points)
 {
     if (!thins(a)) {

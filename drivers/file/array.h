@@ -32,6 +32,11 @@ int dx_array_check(const struct dx_thin_options *thin, bool exact, struct dx_err
 int dx_array_settle(struct dx_array *a, const struct dx_points *points, const double pose[12],
                     const char *source, const struct dx_frame_sink *sink, struct dx_err *err);
 
+/* Takes a geometry as if it had settled on it: frames of before have told it. What the sink
+ * returned. */
+int dx_array_adopt(struct dx_array *a, struct dx_geometry *g, uint8_t attr_bytes,
+                   const struct dx_frame_sink *sink);
+
 /* The points that were settled last, into a plane of the geometry. */
 void dx_array_fill(struct dx_array *a, struct dx_plane *plane, const struct dx_points *points);
 

@@ -80,7 +80,8 @@ static void set_name(struct dx_device *dev, const char *path)
     snprintf(dev->name, sizeof(dev->name), "%s", slash && slash[1] ? slash + 1 : path);
 }
 
-static int file_open(struct dx_device **out, const void *config, struct dx_err *err)
+/* All but the files. */
+static int open_decoder(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
     struct dx_device *dev;
@@ -98,15 +99,28 @@ static int file_open(struct dx_device **out, const void *config, struct dx_err *
     dev->config.fps = c->fps > 0 ? c->fps : DEFAULT_FPS;
     set_name(dev, c->path);
     rc = dx_pace_init(&dev->pace, c->rate);
+    dev->config.path = NULL; /* the caller's memory */
+    if (rc) {
+        file_close(dev);
+        return dx_err_set(err, rc, "%s: cannot make an eventfd: %s", c->path, strerror(-rc));
+    }
+    *out = dev;
+    return 0;
+}
+
+static int file_open(struct dx_device **out, const void *config, struct dx_err *err)
+{
+    const struct dx_file_config *c = config;
+    struct dx_device *dev = NULL;
+    int rc = open_decoder(&dev, config, err);
+
     if (rc)
-        dx_err_set(err, rc, "%s: cannot make an eventfd: %s", c->path, strerror(-rc));
-    else
-        rc = dx_file_list_init(&dev->list, c->path, err);
+        return rc;
+    rc = dx_file_list_init(&dev->list, c->path, err);
     if (rc) {
         file_close(dev);
         return rc;
     }
-    dev->config.path = NULL; /* the caller's memory */
     *out = dev;
     return 0;
 }
@@ -276,6 +290,13 @@ static int file_decode(struct dx_device *dev, const struct dx_block *block,
     return 0;
 }
 
+static int file_adopt(struct dx_device *dev, struct dx_geometry *g, uint8_t attr_bytes,
+                      const struct dx_frame_sink *sink, struct dx_err *err)
+{
+    (void)err;
+    return dx_array_adopt(&dev->array, g, attr_bytes, sink);
+}
+
 /* ---- the rest -------------------------------------------------------------------------------- */
 
 static void file_wake(struct dx_device *dev)
@@ -305,9 +326,11 @@ const struct dx_fit_report *dx_file_fit_report(const struct dx_device *dev)
 const struct dx_driver dx_file_driver = {
     .name = "file",
     .open = file_open,
+    .open_decoder = open_decoder,
     .start = file_start,
     .read = file_read,
     .decode = file_decode,
+    .adopt = file_adopt,
     .stop = file_stop,
     .close = file_close,
     .wake = file_wake,

@@ -51,15 +51,17 @@ static int list_directory(struct dx_file_list *list, const char *path, struct dx
     if (!dir)
         return dx_err_set(err, -errno, "%s: %s", path, strerror(errno));
     while (rc == 0 && (entry = readdir(dir)) != NULL)
-        if (entry->d_name[0] != '.' && dx_format_knows_name(entry->d_name))
+        if (entry->d_name[0] != '.' &&
+            (dx_format_knows_name(entry->d_name) || dx_format_has_ext(entry->d_name, ".mcap")))
             rc = append(list, join(path, entry->d_name));
     closedir(dir);
     if (rc)
         return dx_err_set(err, rc, "%s: no memory for the names of its files", path);
     if (list->n == 0)
-        return dx_err_set(err, -ENOENT,
-                          "%s: no recording in this directory, expected *.ptx or *.pcd (or .gz)",
-                          path);
+        return dx_err_set(
+            err, -ENOENT,
+            "%s: no recording in this directory, expected *.ptx or *.pcd (or .gz), or *.mcap",
+            path);
     return 0;
 }
 

@@ -306,6 +306,7 @@ static void synth_describe(struct dx_device *dev, char *text, size_t len)
 const struct dx_driver dx_synth_driver = {
     .name = "synthetic",
     .open = synth_open,
+    .open_decoder = synth_open,
     .start = synth_start,
     .read = synth_read,
     .decode = synth_decode,

@@ -50,7 +50,7 @@ expect 1 "$dexel" cat --socket mesh.sock --stream other
 ln -s mesh.sock alone.sock # no alone.sock.control beside it
 began=$(date +%s)
 expect 1 "$dexel" status --socket alone.sock
-says 'status needs the control socket (control_socket in the configuration)'
+says 'this needs the control socket (control_socket in the configuration)'
 [ $(($(date +%s) - began)) -lt 4 ] || fail 'status waited for a mesh socket'
 stop_dexeld || fail 'dexeld failed'
 expect 1 "$dexel" cat --socket mesh.sock

@@ -193,7 +193,7 @@ static void test_keys(void **state)
          "t.yaml:3:12: streams[0].mesh.seam: unknown key, expected one of sigma, tilt, cap, diag, "
          "rescue, mixed, bridge, caps, normals, smooth, paper, noise_gate"},
         {STREAM "    usb: {}", "t.yaml:3:5: streams[0].usb: unknown key, expected one of name, "
-                               "commit_ms, ingest, mesh, synthetic, file"},
+                               "commit_ms, ingest, mesh, record, synthetic, file"},
         {"threads: 1\nmax_clients: 5\nthreads: 1\n",
          "t.yaml:3:1: threads: duplicate key, already on line 1"},
         {SYNTHETIC "    mesh:\n      cap: 1\n      cap: 2\n",
@@ -236,6 +236,14 @@ static void test_together(void **state)
          "t.yaml:3:27: streams[0].file.size: found '1x100', expected auto or COLUMNSxROWS, each "
          "from "
          "2 to 65535, at most 268435456 dexels"},
+        {STREAM "    file: {path: x}\n    record: {path: /rec/hall}\n",
+         "t.yaml:4:20: streams[0].record.path: expected a name that ends in .mcap"},
+        {STREAM "    file: {path: x}\n    record: {path: /rec/%Y/hall.mcap}\n",
+         "t.yaml:4:20: streams[0].record.path: found % in the folder, expected it in the file's "
+         "name alone"},
+        {STREAM "    file: {path: x}\n    record: {path: x.mcap, keep_mib: 2000}\n",
+         "t.yaml:4:38: streams[0].record.keep_mib: expected at least twice split_mib, which may "
+         "not be 0 then"},
         {"max_clients: 3\n" STREAM "    file: {path: x, wait: 4}\n",
          "t.yaml:4:27: streams[0].file.wait: found 4, expected at most max_clients, which is 3"},
     };

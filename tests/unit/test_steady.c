@@ -55,6 +55,18 @@ static void add_stream(struct service *s)
     assert_int_equal(dx_server_add_stream(s->server, &options), 0);
 }
 
+/* A recording goes into our folder. */
+static void place_recording(struct service *s)
+{
+    char *path = NULL;
+
+    if (!*s->config.streams[0].record.path)
+        return;
+    assert_true(asprintf(&path, "%s/rec.mcap", s->dir) > 0);
+    free(s->config.streams[0].record.path);
+    s->config.streams[0].record.path = path;
+}
+
 static void service_init(struct service *s, const char *yaml)
 {
     struct dx_server_options options = {.mesh_path = s->socket};
@@ -67,6 +79,7 @@ static void service_init(struct service *s, const char *yaml)
     snprintf(s->socket, sizeof(s->socket), "%s/mesh.sock", s->dir);
     if (dx_config_parse(&s->config, "steady", yaml, strlen(yaml), &err) < 0)
         fail_msg("%s", err.text);
+    place_recording(s);
     assert_int_equal(dx_pool_new(&s->pool, 2), 0);
     assert_int_equal(dx_stream_new(&s->stream, &s->config.streams[0], s->pool, &err), 0);
     assert_int_equal(dx_server_new(&s->server, &options, &err), 0);
@@ -83,6 +96,8 @@ static void service_fini(struct service *s)
     pthread_join(s->loop, NULL);
     dx_server_free(s->server);
     dx_stream_free(s->stream);
+    if (*s->config.streams[0].record.path)
+        assert_int_equal(unlink(s->config.streams[0].record.path), 0);
     dx_pool_free(s->pool);
     dx_config_fini(&s->config);
     assert_int_equal(rmdir(s->dir), 0);
@@ -236,12 +251,26 @@ static void medians_to_f32(void **state)
                             DX_ENCODING_F32, (struct dx_lod_level){0});
 }
 
+/* The recorder's thread as well. */
+static void recorded_parts_to_q16(void **state)
+{
+    (void)state;
+    runs_without_allocating("streams:\n"
+                            "  - name: hall\n"
+                            "    commit_ms: 1\n"
+                            "    synthetic: {scene: hall, size: 300x200, noise: 0.005,\n"
+                            "                dropouts: 0.02, rate: max, parts: 1}\n"
+                            "    record: {path: x.mcap}\n",
+                            DX_ENCODING_Q16, (struct dx_lod_level){0});
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(whole_frames_to_a_level), cmocka_unit_test(whole_frames_to_q16),
         cmocka_unit_test(whole_frames_to_delta),   cmocka_unit_test(parts_of_frames_to_f32),
         cmocka_unit_test(averaged_parts_to_q16),   cmocka_unit_test(medians_to_f32),
+        cmocka_unit_test(recorded_parts_to_q16),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,370 @@
+/* Recordings one after the other, and the pieces of their blocks. */
+#include "daemon/playlist.h"
+
+#include "daemon/log.h"
+#include "drivers/file/file_list.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct span {
+    uint64_t start, end; /* log times */
+    bool is_empty;
+};
+
+struct dx_playlist {
+    struct dx_file_list list;
+    struct span *spans; /* of each file */
+    char *config;
+    size_t config_len;
+
+    /* the open file */
+    size_t file; /* list.n: at the end */
+    int fd;
+    struct dx_mcap_reader *reader; /* NULL: none is open */
+    struct dx_mcap_iter *iter;
+    bool seeking; /* blocks are passed over up to the start of a frame */
+
+    /* the block that is put together */
+    uint8_t *bytes;
+    size_t len, cap;
+    bool is_open;
+    struct dx_recording_piece first;
+    char source[DX_RECORDING_MAX_SOURCE + 1];
+};
+
+bool dx_playlist_wants(const char *path)
+{
+    uint8_t magic[DX_MCAP_MAGIC_LEN];
+    struct dx_file_list list;
+    ssize_t n = 0;
+    int fd;
+
+    if (dx_file_list_init(&list, path, NULL) != 0)
+        return false;
+    fd = open(list.paths[0], O_RDONLY | O_CLOEXEC);
+    if (fd >= 0) {
+        n = read(fd, magic, sizeof(magic));
+        close(fd);
+    }
+    dx_file_list_fini(&list);
+    return n == (ssize_t)sizeof(magic) && dx_mcap_probe(magic, sizeof(magic));
+}
+
+/* ---- files -----------------------------------------------------------------------------------
+ */
+
+static void close_file(struct dx_playlist *p)
+{
+    dx_mcap_iter_free(p->iter);
+    dx_mcap_reader_free(p->reader);
+    if (p->fd >= 0)
+        close(p->fd);
+    p->iter = NULL;
+    p->reader = NULL;
+    p->fd = -1;
+}
+
+static int start_iter(struct dx_playlist *p)
+{
+    const struct dx_mcap_channel *c = dx_mcap_reader_topic(p->reader, DX_RECORDING_TOPIC);
+    const uint16_t none = 0;
+    const struct dx_mcap_query query = {
+        .order = DX_MCAP_FILE_ORDER, .channels = c ? &c->id : &none, .n_channels = 1};
+
+    return dx_mcap_iter_new(&p->iter, p->reader, &query);
+}
+
+static int open_file(struct dx_playlist *p, size_t k, struct dx_err *err)
+{
+    const char *path = p->list.paths[k];
+    struct dx_mcap_source source;
+    int rc;
+
+    close_file(p);
+    p->file = k;
+    p->fd = open(path, O_RDONLY | O_CLOEXEC);
+    rc = p->fd < 0 ? -errno : dx_mcap_source_fd(&source, p->fd);
+    if (rc)
+        return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
+    rc = dx_mcap_reader_open(&p->reader, &source, NULL, err);
+    if (rc) {
+        dx_err_prefix(err, path);
+        return rc;
+    }
+    rc = start_iter(p);
+    return rc ? dx_err_set(err, rc, "%s: %s", path, strerror(-rc)) : 0;
+}
+
+/* The newest attachment of a name that was made at `time` or before; NULL: none. */
+static const struct dx_mcap_item_index *find(const struct dx_playlist *p, const char *name,
+                                             uint64_t time)
+{
+    const struct dx_mcap_item_index *item, *best = NULL;
+
+    for (uint32_t k = 0; (item = dx_mcap_reader_attachment(p->reader, k)) != NULL; k++)
+        if (dx_mcap_text_is(item->name, name) && item->log_time <= time &&
+            (!best || item->log_time >= best->log_time))
+            best = item;
+    return best;
+}
+
+/* All files of a replay are of one stream: one decoder serves them. */
+static int take_config(struct dx_playlist *p, struct dx_err *err)
+{
+    const struct dx_mcap_item_index *item = find(p, DX_RECORDING_CONFIG, UINT64_MAX);
+    const char *path = p->list.paths[p->file];
+    struct dx_mcap_attachment a;
+    int rc;
+
+    if (!item)
+        return dx_err_set(err, -EBADMSG, "%s: no attachment '%s', expected a recording of dexeld",
+                          path, DX_RECORDING_CONFIG);
+    rc = dx_mcap_reader_read_attachment(p->reader, item, &a, err);
+    if (rc) {
+        dx_err_prefix(err, path);
+        return rc;
+    }
+    if (p->config)
+        return a.data.len == p->config_len && !memcmp(a.data.p, p->config, a.data.len)
+                   ? 0
+                   : dx_err_set(err, -EBADMSG,
+                                "%s: recorded with another configuration than %s, expected files "
+                                "of one stream",
+                                path, p->list.paths[0]);
+    p->config = malloc(a.data.len + 1);
+    if (!p->config)
+        return dx_err_set(err, -ENOMEM, "%s: no memory", path);
+    memcpy(p->config, a.data.p, a.data.len);
+    p->config_len = a.data.len;
+    return 0;
+}
+
+static int look_at(struct dx_playlist *p, size_t k, struct dx_err *err)
+{
+    struct dx_mcap_info info;
+    int rc = open_file(p, k, err);
+
+    if (rc == 0)
+        rc = take_config(p, err);
+    if (rc)
+        return rc;
+    dx_mcap_reader_info(p->reader, &info);
+    p->spans[k] = (struct span){info.start, info.end, info.n_messages == 0};
+    return 0;
+}
+
+int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *err)
+{
+    struct dx_playlist *p = calloc(1, sizeof(*p));
+    int rc;
+
+    if (!p)
+        return dx_err_set(err, -ENOMEM, "%s: no memory", path);
+    p->fd = -1;
+    rc = dx_file_list_init(&p->list, path, err);
+    if (rc == 0) {
+        p->spans = calloc(p->list.n, sizeof(*p->spans));
+        if (!p->spans)
+            rc = dx_err_set(err, -ENOMEM, "%s: no memory", path);
+    }
+    for (size_t k = 0; rc == 0 && k < p->list.n; k++)
+        rc = look_at(p, k, err);
+    if (rc == 0)
+        rc = open_file(p, 0, err);
+    if (rc) {
+        dx_playlist_free(p);
+        return rc;
+    }
+    *out = p;
+    return 0;
+}
+
+void dx_playlist_free(struct dx_playlist *p)
+{
+    if (!p)
+        return;
+    close_file(p);
+    dx_file_list_fini(&p->list);
+    free(p->spans);
+    free(p->config);
+    free(p->bytes);
+    free(p);
+}
+
+const char *dx_playlist_config(const struct dx_playlist *p, size_t *len)
+{
+    *len = p->config_len;
+    return p->config;
+}
+
+size_t dx_playlist_n_files(const struct dx_playlist *p)
+{
+    return p->list.n;
+}
+
+uint64_t dx_playlist_start(const struct dx_playlist *p)
+{
+    for (size_t k = 0; k < p->list.n; k++)
+        if (!p->spans[k].is_empty)
+            return p->spans[k].start;
+    return 0;
+}
+
+uint64_t dx_playlist_end(const struct dx_playlist *p)
+{
+    for (size_t k = p->list.n; k-- > 0;)
+        if (!p->spans[k].is_empty)
+            return p->spans[k].end;
+    return 0;
+}
+
+/* ---- blocks ----------------------------------------------------------------------------------
+ */
+
+static int make_room(struct dx_playlist *p, size_t len)
+{
+    size_t cap = p->cap ? p->cap : (size_t)1 << 16;
+    uint8_t *more;
+
+    while (cap < len)
+        cap *= 2;
+    if (cap == p->cap)
+        return 0;
+    more = realloc(p->bytes, cap);
+    if (!more)
+        return -ENOMEM;
+    p->bytes = more;
+    p->cap = cap;
+    return 0;
+}
+
+/* Does the piece go on where the block that is open stands? */
+static bool follows(const struct dx_playlist *p, const struct dx_recording_piece *piece)
+{
+    return p->is_open && piece->number == p->first.number && piece->offset == p->len &&
+           piece->block_len == p->first.block_len;
+}
+
+/* Takes a piece; 1: the block is whole, 0: not yet, or the piece is of no use; -ENOMEM. Memory
+ * grows with the bytes that are there, not with what a piece says of its block. */
+static int take_piece(struct dx_playlist *p, const struct dx_recording_piece *piece)
+{
+    int rc;
+
+    if (piece->offset == 0) {
+        p->is_open = !p->seeking || (piece->flags & DX_RECORDING_STARTS_FRAME);
+        p->first = *piece;
+        p->len = 0;
+        memcpy(p->source, piece->source, piece->source_len);
+        p->source[piece->source_len] = '\0';
+    } else if (!follows(p, piece)) {
+        p->is_open = false;
+    }
+    if (!p->is_open)
+        return 0;
+    rc = make_room(p, p->len + piece->len);
+    if (rc)
+        return rc;
+    if (piece->len)
+        memcpy(p->bytes + p->len, piece->bytes, piece->len);
+    p->len += piece->len;
+    return p->len == p->first.block_len;
+}
+
+static void give(struct dx_playlist *p, struct dx_playlist_block *out, uint64_t time)
+{
+    p->is_open = false;
+    p->seeking = false;
+    *out = (struct dx_playlist_block){
+        .block = {.bytes = p->len ? p->bytes : NULL,
+                  .len = p->len,
+                  .stamp = {.device_ns = p->first.device_ns, .clock_id = p->first.clock_id},
+                  .number = p->first.number,
+                  .source = p->source},
+        .log_time = time,
+        .starts_frame = p->first.flags & DX_RECORDING_STARTS_FRAME,
+    };
+}
+
+static void tell_damage(const struct dx_playlist *p)
+{
+    uint64_t n = dx_mcap_reader_damages(p->reader);
+    const struct dx_mcap_damage *first = dx_mcap_reader_damage(p->reader, 0);
+
+    if (n && first)
+        dx_log_warning("replay", "%s: damaged in %llu places, first at byte %llu: %s",
+                       p->list.paths[p->file], (unsigned long long)n,
+                       (unsigned long long)first->offset, first->text);
+}
+
+/* The file has no more messages. 0: the next one is open. */
+static int next_file(struct dx_playlist *p, struct dx_err *err)
+{
+    tell_damage(p);
+    if (p->file + 1 < p->list.n)
+        return open_file(p, p->file + 1, err);
+    return DX_DRIVER_E_EOF;
+}
+
+int dx_playlist_next(struct dx_playlist *p, struct dx_playlist_block *out, struct dx_err *err)
+{
+    for (;;) {
+        struct dx_recording_piece piece;
+        struct dx_mcap_message m;
+        int rc = dx_mcap_iter_next(p->iter, &m);
+
+        if (rc == DX_MCAP_E_END) {
+            rc = next_file(p, err);
+            if (rc)
+                return rc;
+            continue;
+        }
+        if (rc)
+            return dx_err_set(err, rc, "%s: %s", p->list.paths[p->file], strerror(-rc));
+        if (dx_recording_get_piece(&piece, m.data.p, m.data.len) != 0) {
+            dx_log_warning("replay", "%s: message %u is no block", p->list.paths[p->file],
+                           m.sequence);
+            continue;
+        }
+        rc = take_piece(p, &piece);
+        if (rc < 0)
+            return dx_err_set(err, rc, "%s: no memory for a block of %llu bytes",
+                              p->list.paths[p->file], (unsigned long long)piece.block_len);
+        if (rc == 1) {
+            give(p, out, m.log_time);
+            return 0;
+        }
+    }
+}
+
+int dx_playlist_seek(struct dx_playlist *p, uint64_t time, struct dx_err *err)
+{
+    size_t k = 0;
+    int rc;
+
+    while (k + 1 < p->list.n && (p->spans[k].is_empty || p->spans[k].end < time))
+        k++;
+    rc = open_file(p, k, err);
+    if (rc)
+        return rc;
+    if (time > p->spans[k].start)
+        dx_mcap_iter_seek(p->iter, time);
+    p->is_open = false;
+    p->seeking = true;
+    return 0;
+}
+
+bool dx_playlist_geometry(struct dx_playlist *p, uint64_t time, struct dx_geometry **g,
+                          uint8_t *attr_bytes)
+{
+    const struct dx_mcap_item_index *item = find(p, DX_RECORDING_GEOMETRY, time);
+    struct dx_mcap_attachment a;
+
+    return item && dx_mcap_reader_read_attachment(p->reader, item, &a, NULL) == 0 &&
+           dx_recording_get_geometry(g, attr_bytes, a.data.p, a.data.len) == 0;
+}
