@@ -253,6 +253,8 @@ void dx_gates_set(struct dx_gates *gates, const struct dx_geometry *g,
     gates->t0 = t0 < 4294967295.0 ? (uint32_t)t0 : UINT32_MAX;
     gates->n2 = n2 < 1e18 ? (uint64_t)n2 : (uint64_t)1e18;
     gates->cap = cap < 1e18 ? (uint64_t)cap : (uint64_t)1e18;
+    if (p->cap_m > 0 && gates->cap == 0)
+        gates->cap = 1; /* 0 is none, and the least one joins nothing */
     fill_spans(gates, g);
     /* narrow: each constant and the noise term of the farthest range fit 16 bits */
     gates->wide = !fill_edges(gates, g) || g->range_bytes == 4 || gates->t0 + gates->n2 > 65535;

@@ -20,7 +20,4 @@ void dx_lines_fill(struct dx_line *line, const struct dx_geometry *g, enum dx_ed
  * after it; 0, 0 where one of them is outside the grid. */
 struct dx_line dx_lines_at(const struct dx_geometry *g, uint32_t i, uint32_t j, int di, int dj);
 
-/* What inverse range is linear in: a dexel's unit direction; for a pinhole (X, Y, 1). */
-void dx_lines_direction(const struct dx_geometry *g, uint32_t i, uint32_t j, double d[3]);
-
 #endif

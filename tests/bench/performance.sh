@@ -28,7 +28,7 @@ TEXT
 say "stages"
 "$dexel" bench --size all --threads 1,2 --markdown
 say "rules"
-"$dexel" bench rules --size all --threads 1,2 --markdown
+"$dexel" bench rules --size $small --threads 1,2 --markdown
 say "updates"
 "$dexel" bench update --size $small --threads 1,2 --markdown
 

@@ -97,9 +97,31 @@ static void beams_of_any_length_are_measured(void **state)
     assert_true(n_triangles > 3000);
 }
 
+/* Below what the fixed point holds it is still a cap. */
+static void the_least_cap_joins_nothing(void **state)
+{
+    struct dx_terrain_params q;
+    struct dx_scene_config c;
+    struct dx_terrain *t;
+    struct dx_plane p;
+    struct dx_geometry *g;
+
+    (void)state;
+    rough_scene(&c, DX_SCENE_HALL, 20, 40);
+    g = scene_frame(&c, &p);
+    use_variant(&q, &variants[4]);
+    q.cap_m = 1e-9;
+    t = meshed(g, &q, &p, NULL);
+    assert_int_equal(collect(t).n, 0);
+    dx_terrain_free(t);
+    dx_plane_fini(&p);
+    dx_geometry_unref(g);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_least_cap_joins_nothing),
         cmocka_unit_test(edges_as_long_as_the_cap_are_told_by_integers),
         cmocka_unit_test(beams_of_any_length_are_measured),
     };
