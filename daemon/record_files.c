@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #define EXT       ".mcap"
-#define MAX_SAME  9999  /* names of one time */
+#define MAX_SAME  9999 /* names of one time */
 #define MAX_FOUND 65536
 
 static const char *name_of(const char *pattern)

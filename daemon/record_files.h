@@ -22,8 +22,9 @@ struct dx_record_files {
 const char *dx_record_files_check(const char *pattern);
 
 void dx_record_files_init(struct dx_record_files *f, const char *pattern, uint64_t keep_len);
-/* Makes a new file: the name for time `unix_ns`, with _0002, _0003 ... before ".mcap" where there is
- * one: their order is that of the names. Nothing that exists is written over. Errors: from open. */
+/* Makes a new file: the name for time `unix_ns`, with _0002, _0003 ... before ".mcap" where there
+ * is one: their order is that of the names. Nothing that exists is written over. Errors: from open.
+ */
 int dx_record_files_create(struct dx_record_files *f, uint64_t unix_ns);
 /* Has what was written reached the disk? Errors: from fdatasync. */
 int dx_record_files_sync(struct dx_record_files *f);
