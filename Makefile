@@ -23,7 +23,7 @@ docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 INSTALL ?= install
 
-PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4
+PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4 libusb-1.0 libgpiod
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror=implicit
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 # gcc 12 has dropped calls of a function whose stores its -fivopts had given addresses relative to another
@@ -42,7 +42,7 @@ NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/row
 
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
-DRIVERS_SRC := $(wildcard drivers/*.c drivers/file/*.c drivers/synth/*.c)
+DRIVERS_SRC := $(wildcard drivers/*.c drivers/*/*.c)
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
 TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))

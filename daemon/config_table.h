@@ -39,7 +39,7 @@ struct dx_config_key {
     const char *help; /* sentences, one a line */
 };
 
-#define DX_CONFIG_MAX_KEYS 96
+#define DX_CONFIG_MAX_KEYS 192
 extern const struct dx_config_key
     dx_config_keys[]; /* ends with a NULL path; maps before their keys */
 

@@ -1,9 +1,16 @@
 /*
- * What a device driver is: a table of functions. Every driver is split in two so that a recording
- * can be taken and replayed: read() hands over a raw block (the device's own bytes with stamps),
- * decode() turns a block into frame parts. decode() depends on nothing but the driver's
- * configuration and the blocks before it. All functions of one open driver are called by its reader
- * thread alone, save wake().
+ * What a driver is: a table of functions. Every driver is split in two so that a recording can be
+ * taken and replayed: read() hands over a raw block (the device's own bytes with stamps), decode()
+ * turns a block into frame parts. decode() depends on nothing but the driver's configuration and
+ * the blocks before it. All functions of one open driver are called by its reader thread alone,
+ * save wake().
+ *
+ * Sources that end (recordings, scenes) are opened once and decode what they read themselves.
+ * Drivers of devices, which have `subsystems`, come and go: for each stay of the device there is an
+ * open(), start(), read()..., stop(), close(); all blocks are decoded by one decoder of
+ * open_decoder(), which lives as long as the stream, as in a replay. So whatever decode() must know
+ * of the device (its constants, its format) is in the blocks, in each of them, and a decoder can
+ * begin with any.
  */
 #ifndef DX_DRIVER_H
 #define DX_DRIVER_H
@@ -40,6 +47,7 @@ struct dx_block {
     size_t len;
     struct dx_stamp stamp;
     uint64_t number;    /* 0, 1, ... */
+    bool first;         /* of a stay of the device: what a decoder has half of is void */
     const char *source; /* for messages: file name or device path */
 };
 
@@ -70,17 +78,43 @@ struct dx_frame_sink {
 /* A sensor, opened. Drivers put their own state behind it. */
 struct dx_device;
 
+/* What an open device says of itself; the counts are of this stay. */
+struct dx_device_health {
+    char serial[64];    /* "": it has none */
+    char place[128];    /* where it is attached, stable over a restart: a USB port, a path */
+    uint64_t n_lost;    /* frames that it made and that never came */
+    uint64_t n_damaged; /* frames that came damaged, and were left out */
+    char trouble[96];   /* "": none; else why what comes is doubtful, though it comes */
+};
+
+/* A device that is attached, for people: `dexel devices`. */
+struct dx_device_found {
+    const char *name;   /* "Intel RealSense D435, depth" */
+    const char *node;   /* "/dev/video2" */
+    const char *serial; /* "": none */
+    const char *place;
+    const char *yaml; /* the driver's keys that choose it, a line each, without indentation */
+    int access;       /* 0; else why it cannot be opened: -EACCES, -EBUSY ... */
+};
+
 struct dx_driver {
     const char *name; /* the key in the configuration: "file", "synthetic" */
 
-    /* Opens what `config` (the driver's own struct) names; reads no frame yet. */
+    /* Of drivers of devices: where sd-device tells that one has come or gone ("video4linux",
+     * "usb"), ends with NULL. NULL: no device. */
+    const char *const *subsystems;
+
+    /* Opens what `config` (the driver's own struct) names; reads no frame yet. Of devices: GONE
+     * when it is not there (err says what was looked for); what is negative is tried again, later.
+     */
     int (*open)(struct dx_device **out, const void *config, struct dx_err *err);
     /* The same for blocks of a recording: touches nothing that `config` names. Of what it opens
      * only decode, adopt, describe and close are called. */
     int (*open_decoder)(struct dx_device **out, const void *config, struct dx_err *err);
     int (*start)(struct dx_device *dev, struct dx_err *err);
 
-    /* Waits for the next block. 0, or AGAIN, EOF, GONE, or negative. */
+    /* Waits for the next block. 0, or AGAIN, EOF, GONE, or negative: it is to be opened anew. A
+     * device that is silent: AGAIN every 100 ms at the latest. */
     int (*read)(struct dx_device *dev, struct dx_block *block, struct dx_err *err);
 
     /* One block to parts. 0, CORRUPT, AGAIN (the sink is closing), or negative. */
@@ -98,6 +132,16 @@ struct dx_driver {
 
     /* Makes a read() that waits return AGAIN at once. Any thread; async-signal-unsafe. */
     void (*wake)(struct dx_device *dev);
+
+    /* ---- of drivers of devices; else NULL ---------------------------------------------------- */
+
+    /* Nanoseconds without a block after which an open device counts as stalled: a few frames. */
+    uint64_t (*silence_ns)(const struct dx_device *dev);
+    void (*health)(const struct dx_device *dev, struct dx_device_health *out);
+    /* Calls `found` for each device attached that the driver would take. Any thread; opens nothing
+     * for longer than the call. 0, or negative with err. */
+    int (*probe)(void (*found)(void *ctx, const struct dx_device_found *device), void *ctx,
+                 struct dx_err *err);
 
     /* One line for people ("pump.ptx.gz: 1 frame, spinning 345x1074, rms 0.02 dexel"). */
     void (*describe)(struct dx_device *dev, char *text, size_t len);
