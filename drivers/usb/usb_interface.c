@@ -90,7 +90,7 @@ static bool any_of(const struct libusb_interface_descriptor *d, struct dx_usb_pa
 
 int dx_usb_find_interface(const struct dx_usb *usb, uint8_t interface_class, uint8_t *out)
 {
-    struct dx_usb_pair pair;
+    struct dx_usb_pair pair = {0};
     int r = find(usb, interface_class, any_of, &pair);
 
     if (r == 0)
