@@ -21,6 +21,7 @@ struct mock_usb_device {
     int (*control)(void *ctx, const uint8_t setup[8], uint8_t *bytes, int len);
     int (*in)(void *ctx, uint8_t endpoint, uint8_t *bytes, int len);
     int (*out)(void *ctx, uint8_t endpoint, const uint8_t *bytes, int len);
+    bool forbidden; /* the node lets nobody in but root; nothing of it works then */
 };
 
 struct mock_usb;
@@ -34,8 +35,6 @@ struct mock_usb *mock_usb_new(const struct mock_usb_device *device);
 void mock_usb_free(struct mock_usb *mock);
 /* Queued transfers come back as the kernel shuts them down; all else says ENODEV. */
 void mock_usb_unplug(struct mock_usb *mock);
-/* The node, on the disk. */
-const char *mock_usb_node(const struct mock_usb *mock);
 /* Interfaces claimed and transfers queued at this moment. */
 int mock_usb_n_claimed(struct mock_usb *mock);
 int mock_usb_n_queued(struct mock_usb *mock);
