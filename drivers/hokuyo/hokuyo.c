@@ -92,7 +92,7 @@ static int new_device(struct dx_device **out, const struct dx_hokuyo_config *c, 
 
 static int open_decoder(struct dx_device **out, const void *config, struct dx_err *err)
 {
-    struct dx_device *dev;
+    struct dx_device *dev = NULL;
     int r = new_device(&dev, config, err);
 
     if (r)
@@ -121,7 +121,7 @@ static struct dx_scip_want wanted(const struct dx_hokuyo_config *c)
 static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_hokuyo_config *c = config;
-    struct dx_device *dev;
+    struct dx_device *dev = NULL;
     int r = open_decoder(&dev, config, err);
 
     if (r)

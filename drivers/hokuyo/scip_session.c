@@ -284,6 +284,7 @@ static void handle_scan(struct dx_scip_session *s, struct dx_scip_scan *scan, ui
     s->counts.n_scans++;
     s->life_ns = now_ns;
     s->asked = false;
+    s->scan = *scan;
     s->scan_ready = true;
     if (now_ns - s->run_from_ns > CALM_NS)
         s->backoff_s = 1;
