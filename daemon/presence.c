@@ -5,6 +5,7 @@
 #include "daemon/log.h"
 
 #include <errno.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <systemd/sd-device.h>
@@ -91,17 +92,16 @@ static int start(struct dx_presence *p, sd_event *event)
     return r < 0 ? r : sd_device_monitor_start(p->monitor, on_device, p);
 }
 
-bool dx_presence_start(struct dx_presence *p, struct sd_event *event)
+void dx_presence_start(struct dx_presence *p, struct sd_event *event)
 {
     int r;
 
     if (!p->watchers)
-        return false;
+        return;
     r = start(p, event);
     if (r >= 0 && access("/run/udev/control", F_OK) == 0)
-        return true;
+        return;
     dx_log_warning("presence", "devices that come are found every %u s only: %s",
                    (unsigned)(DX_LIFE_LOOK_NS / 1000000000u),
                    r < 0 ? strerror(-r) : "no udevd runs");
-    return false;
 }
