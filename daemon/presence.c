@@ -47,8 +47,11 @@ void dx_presence_free(struct dx_presence *p)
 int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (*poke)(void *ctx),
                     void *ctx)
 {
-    struct watcher *w = calloc(1, sizeof(*w));
+    struct watcher *w;
 
+    if (!*subsystems) /* a device on the network */
+        return 0;
+    w = calloc(1, sizeof(*w));
     if (!w)
         return -ENOMEM;
     *w = (struct watcher){p->watchers, subsystems, poke, ctx};
