@@ -37,22 +37,34 @@ struct dx_playlist {
     char source[DX_RECORDING_MAX_SOURCE + 1];
 };
 
+/* The first bytes of a file, as many as there are; negative errno. */
+static ssize_t read_magic(uint8_t magic[DX_MCAP_MAGIC_LEN], const char *path)
+{
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    ssize_t n;
+
+    if (fd < 0)
+        return -errno;
+    n = read(fd, magic, DX_MCAP_MAGIC_LEN);
+    if (n < 0)
+        n = -errno;
+    close(fd);
+    return n;
+}
+
 bool dx_playlist_wants(const char *path)
 {
     uint8_t magic[DX_MCAP_MAGIC_LEN];
     struct dx_file_list list;
     ssize_t n = 0;
-    int fd;
 
     if (dx_file_list_init(&list, path, NULL) != 0)
         return false;
-    fd = open(list.paths[0], O_RDONLY | O_CLOEXEC);
-    if (fd >= 0) {
-        n = read(fd, magic, sizeof(magic));
-        close(fd);
-    }
+    /* what a kill has left of a file's first bytes tells nothing */
+    for (size_t k = 0; k < list.n && n >= 0 && n < DX_MCAP_MAGIC_LEN; k++)
+        n = read_magic(magic, list.paths[k]);
     dx_file_list_fini(&list);
-    return n == (ssize_t)sizeof(magic) && dx_mcap_probe(magic, sizeof(magic));
+    return n == DX_MCAP_MAGIC_LEN && dx_mcap_probe(magic, sizeof(magic));
 }
 
 /* ---- files -----------------------------------------------------------------------------------
@@ -144,17 +156,55 @@ static int take_config(struct dx_playlist *p, struct dx_err *err)
     return 0;
 }
 
+/* Was the recorder killed before the file had anything in it, its configuration included? */
+static bool is_stillborn(const struct dx_playlist *p, const struct dx_mcap_info *info)
+{
+    return info->n_messages == 0 && dx_mcap_reader_damages(p->reader) > 0 &&
+           !find(p, DX_RECORDING_CONFIG, UINT64_MAX);
+}
+
+/* 0; 1: there is nothing in it. */
 static int look_at(struct dx_playlist *p, size_t k, struct dx_err *err)
 {
+    uint8_t magic[DX_MCAP_MAGIC_LEN];
     struct dx_mcap_info info;
-    int rc = open_file(p, k, err);
+    ssize_t n = read_magic(magic, p->list.paths[k]);
+    int rc;
 
-    if (rc == 0)
-        rc = take_config(p, err);
+    if (n >= 0 && n < DX_MCAP_MAGIC_LEN)
+        return 1;
+    rc = open_file(p, k, err);
     if (rc)
         return rc;
     dx_mcap_reader_info(p->reader, &info);
+    if (is_stillborn(p, &info))
+        return 1;
     p->spans[k] = (struct span){info.start, info.end, info.n_messages == 0};
+    return take_config(p, err);
+}
+
+/* Looks at all files, and leaves out those with nothing in them: a kill -9 or a power cut at the
+ * beginning of a file must not cost the others. */
+static int look_at_all(struct dx_playlist *p, struct dx_err *err)
+{
+    size_t k = 0;
+
+    while (k < p->list.n) {
+        int rc = look_at(p, k, err);
+
+        if (rc < 0)
+            return rc;
+        if (rc == 0) {
+            k++;
+            continue;
+        }
+        if (p->list.n == 1)
+            return dx_err_set(err, -EBADMSG, "%s: ends before its configuration, nothing is in it",
+                              p->list.paths[0]);
+        dx_log_warning("replay", "%s: ends before its configuration, passed over",
+                       p->list.paths[k]);
+        dx_file_list_remove(&p->list, k);
+    }
     return 0;
 }
 
@@ -172,8 +222,8 @@ int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *e
         if (!p->spans)
             rc = dx_err_set(err, -ENOMEM, "%s: no memory", path);
     }
-    for (size_t k = 0; rc == 0 && k < p->list.n; k++)
-        rc = look_at(p, k, err);
+    if (rc == 0)
+        rc = look_at_all(p, err);
     if (rc == 0)
         rc = open_file(p, 0, err);
     if (rc) {

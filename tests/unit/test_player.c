@@ -297,6 +297,37 @@ static void expect_refusal(const char *path, const char *text)
         fail_msg("found '%s', expected '%s'", err.text, text);
 }
 
+/* A file that was cut anywhere before its first chunk: those beside it are played whole. */
+static void passes_over_what_a_kill_has_left(void **state)
+{
+    char *folder = make_folder(), *all = path_in(folder, "*.mcap");
+    struct buffer whole;
+    size_t len;
+
+    (void)state;
+    record(folder, "b.mcap", YAML(5), 0);
+    record(folder, "c.mcap", YAML(5), 0);
+    whole = read_file(folder, "b.mcap");
+    for (len = 0; len < whole.len / 8; len += 1 + len / 16) {
+        struct dx_device *dev;
+        struct kept k = {0};
+        unsigned n = 0;
+
+        write_file(folder, "a.mcap", whole.bytes, len);
+        assert_true(dx_playlist_wants(all));
+        dev = open_player(all, false, 0);
+        while (play(dev, &k) == 0)
+            n++;
+        assert_true(n >= 2 * FRAMES && n < 3 * FRAMES);
+        dx_player_driver.close(dev);
+        kept_fini(&k);
+    }
+    assert_true(len > 300); /* the configuration was cut, too */
+    buffer_fini(&whole);
+    free(all);
+    remove_folder(folder);
+}
+
 static void refuses_what_is_no_recording(void **state)
 {
     char *folder = make_folder(), *all = path_in(folder, "*.mcap"), *b = path_in(folder, "b.mcap");
@@ -308,7 +339,7 @@ static void refuses_what_is_no_recording(void **state)
     expect_refusal(all, "recorded with another configuration than");
     whole = read_file(folder, "b.mcap");
     write_file(folder, "b.mcap", whole.bytes, 60);
-    expect_refusal(b, "no attachment 'dexeld.yaml'");
+    expect_refusal(b, "ends before its configuration");
     write_file(folder, "b.mcap", "text", 4);
     assert_false(dx_playlist_wants(b));
     buffer_fini(&whole);
@@ -324,6 +355,7 @@ int main(void)
         cmocka_unit_test(jumps),
         cmocka_unit_test(pauses_and_steps),
         cmocka_unit_test(plays_what_is_left),
+        cmocka_unit_test(passes_over_what_a_kill_has_left),
         cmocka_unit_test(refuses_what_is_no_recording),
     };
 
