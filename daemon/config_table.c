@@ -35,6 +35,7 @@ static const struct dx_config_word mixed[] = {
     {"off", DX_MIXED_OFF}, {"axis", DX_MIXED_AXIS}, {"strict", DX_MIXED_STRICT}, {NULL, 0}};
 static const struct dx_config_word compressions[] = {
     {"none", DX_MCAP_NONE}, {"lz4", DX_MCAP_LZ4}, {"zstd", DX_MCAP_ZSTD}, {NULL, 0}};
+static const struct dx_config_word stamps[] = {{"original", 0}, {"new", 1}, {NULL, 0}};
 static const struct dx_config_word lengths[] = {{"0", 0}, {"1", 1}, {"2", 2}, {NULL, 0}};
 
 /* clang-format off */
@@ -206,6 +207,17 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Frames a second where the files carry no time."},
     {"streams[].file.loop", DX_CONFIG_BOOL, STREAM(source.file.loop), .preset = "no",
      .help = "After the last frame start again with the first."},
+    {"streams[].file.start", DX_CONFIG_NUMBER, STREAM(source.file.start_s), .min = 0, .max = 1e9,
+     .preset = "0",
+     .help = "Of recordings: seconds from the start of the recording where the replay begins."},
+    {"streams[].file.end", DX_CONFIG_NUMBER, STREAM(source.file.end_s), .min = 0, .max = 1e9,
+     .preset = "0",
+     .help = "Of recordings: seconds from the start of the recording where the replay ends.\n"
+             "0: with the recording."},
+    {"streams[].file.stamps", DX_CONFIG_CHOICE, STREAM(source.file.restamp), .words = stamps,
+     .preset = "original",
+     .help = "Of recordings: the device stamps of frames; as they were recorded (of a device without a\n"
+             "clock: when the service had its bytes then), or anew, as if the device spoke now."},
     {"streams[].file.lossless", DX_CONFIG_BOOL, STREAM(lossless), .preset = "no",
      .help = "Skip no frame, and let subscribers ask for every epoch.\nNeeds rate max."},
     {"streams[].file.wait", DX_CONFIG_UINT, STREAM(wait), .min = 0, .max = 4096, .preset = "0",

@@ -15,7 +15,9 @@ struct dx_file_config {
     double rate;      /* 1 real time, N times; 0 = max */
     double fps;       /* frames a second where the files carry no time; 0 = 10 */
     bool loop;
-    int attr_bytes; /* -1: as the data has it; 0 none; 1; 2 */
+    double start_s, end_s; /* of recordings: the stretch that is played; end_s 0: to the end */
+    bool restamp;          /* of recordings: device stamps tell when they are played */
+    int attr_bytes;        /* -1: as the data has it; 0 none; 1; 2 */
     struct dx_fit_options fit;
     struct dx_thin_options thin; /* an array of chosen size instead of the files' own grid */
     bool exact;                  /* planes carry the points themselves; not with a mean of them */
