@@ -7,8 +7,10 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #define ALIGN 32
+#define PAGE  4096
 #define SKIP  0
 
 /* Before each entry. */
@@ -31,14 +33,20 @@ struct put {
 
 int dx_block_ring_init(struct dx_block_ring *r, size_t cap)
 {
-    size_t size = 4096;
+    size_t size = PAGE;
 
     *r = (struct dx_block_ring){0};
     while (size < cap && size < SIZE_MAX / 4)
         size <<= 1;
-    r->bytes = malloc(size);
+    if (posix_memalign((void **)&r->bytes, PAGE, size) != 0)
+        return -ENOMEM;
     r->cap = size;
-    return r->bytes ? 0 : -ENOMEM;
+    return 0;
+}
+
+void dx_block_ring_populate(struct dx_block_ring *r)
+{
+    (void)madvise(r->bytes, r->cap, MADV_POPULATE_WRITE);
 }
 
 void dx_block_ring_fini(struct dx_block_ring *r)

@@ -151,9 +151,11 @@ void dx_stream_reader_run(struct dx_stream_reader *r)
 
         result = r->driver->read(r->device, &block, &err);
         if (result == 0) {
-            if (r->recorder)
-                dx_recorder_feed(r->recorder, &block, r->frame_ended);
+            bool starts_frame = r->frame_ended;
+
             decode(r, &block);
+            if (r->recorder) /* after the mesher has it: the mesh does not wait for the copy */
+                dx_recorder_feed(r->recorder, &block, starts_frame);
         } else if (result != DX_DRIVER_E_AGAIN) {
             break;
         }

@@ -14,6 +14,7 @@ int dx_bench_rules(int argc, char **argv);
 int dx_bench_update(int argc, char **argv);
 int dx_bench_lod(int argc, char **argv);
 int dx_bench_live(int argc, char **argv);
+int dx_bench_record(int argc, char **argv);
 int dx_bench_paper(int argc, char **argv);
 int dx_bench_quality(int argc, char **argv);
 

@@ -14,6 +14,7 @@ static const struct {
     {"update", "dexel bench update", dx_bench_update},
     {"lod", "dexel bench lod", dx_bench_lod},
     {"live", "dexel bench live", dx_bench_live},
+    {"record", "dexel bench record", dx_bench_record},
     {"paper", "dexel bench paper", dx_bench_paper},
     {"quality", "dexel bench quality", dx_bench_quality},
     {NULL, NULL, NULL},
