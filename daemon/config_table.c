@@ -178,6 +178,8 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Frames until the stream ends.\n0: it does not."},
     {"streams[].synthetic.loop", DX_CONFIG_BOOL, STREAM(source.synthetic.loop), .preset = "no",
      .help = "After the last frame start again with the first."},
+    {"streams[].synthetic.wait", DX_CONFIG_UINT, STREAM(wait), .min = 0, .max = 4096, .preset = "0",
+     .help = "Start when so many have subscribed."},
     {"streams[].synthetic.rate", DX_CONFIG_NUMBER, STREAM(source.synthetic.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as simulated, as fast as possible, or so many times faster."},
