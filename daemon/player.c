@@ -2,7 +2,8 @@
 #include "daemon/player.h"
 
 #include "daemon/config.h"
-#include "daemon/playlist.h"
+#include "daemon/log.h"
+#include "drivers/file/playlist.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
@@ -76,6 +77,11 @@ static int open_decoder(struct dx_device *dev, struct dx_err *err)
     return rc;
 }
 
+static void tell(const char *text)
+{
+    dx_log_warning("replay", "%s", text);
+}
+
 static int player_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
@@ -92,7 +98,7 @@ static int player_open(struct dx_device **out, const void *config, struct dx_err
     if (rc)
         dx_err_set(err, rc, "%s: cannot set up pacing: %s", c->path, strerror(-rc));
     else
-        rc = dx_playlist_new(&dev->list, c->path, err);
+        rc = dx_playlist_new(&dev->list, c->path, tell, err);
     if (rc == 0)
         rc = open_decoder(dev, err);
     if (rc) {

@@ -1,11 +1,11 @@
 /* Recordings one after the other, and the pieces of their blocks. */
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 
-#include "daemon/log.h"
 #include "drivers/file/file_list.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +17,7 @@ struct span {
 };
 
 struct dx_playlist {
+    void (*tell)(const char *text); /* NULL: nobody listens */
     struct dx_file_list list;
     struct span *spans; /* of each file */
     char *config;
@@ -158,7 +159,8 @@ static int look_at(struct dx_playlist *p, size_t k, struct dx_err *err)
     return 0;
 }
 
-int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *err)
+int dx_playlist_new(struct dx_playlist **out, const char *path, void (*tell)(const char *text),
+                    struct dx_err *err)
 {
     struct dx_playlist *p = calloc(1, sizeof(*p));
     int rc;
@@ -166,6 +168,7 @@ int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *e
     if (!p)
         return dx_err_set(err, -ENOMEM, "%s: no memory", path);
     p->fd = -1;
+    p->tell = tell;
     rc = dx_file_list_init(&p->list, path, err);
     if (rc == 0) {
         p->spans = calloc(p->list.n, sizeof(*p->spans));
@@ -291,15 +294,29 @@ static void give(struct dx_playlist *p, struct dx_playlist_block *out, uint64_t 
     };
 }
 
+/* Of the open file. */
+__attribute__((format(printf, 2, 3))) static void tell(const struct dx_playlist *p,
+                                                       const char *format, ...)
+{
+    char text[512];
+    va_list args;
+
+    if (!p->tell)
+        return;
+    va_start(args, format);
+    vsnprintf(text, sizeof(text), format, args);
+    va_end(args);
+    p->tell(text);
+}
+
 static void tell_damage(const struct dx_playlist *p)
 {
     uint64_t n = dx_mcap_reader_damages(p->reader);
     const struct dx_mcap_damage *first = dx_mcap_reader_damage(p->reader, 0);
 
     if (n && first)
-        dx_log_warning("replay", "%s: damaged in %llu places, first at byte %llu: %s",
-                       p->list.paths[p->file], (unsigned long long)n,
-                       (unsigned long long)first->offset, first->text);
+        tell(p, "%s: damaged in %llu places, first at byte %llu: %s", p->list.paths[p->file],
+             (unsigned long long)n, (unsigned long long)first->offset, first->text);
 }
 
 /* The file has no more messages. 0: the next one is open. */
@@ -327,8 +344,7 @@ int dx_playlist_next(struct dx_playlist *p, struct dx_playlist_block *out, struc
         if (rc)
             return dx_err_set(err, rc, "%s: %s", p->list.paths[p->file], strerror(-rc));
         if (dx_recording_get_piece(&piece, m.data.p, m.data.len) != 0) {
-            dx_log_warning("replay", "%s: message %u is no block", p->list.paths[p->file],
-                           m.sequence);
+            tell(p, "%s: message %u is no block", p->list.paths[p->file], m.sequence);
             continue;
         }
         rc = take_piece(p, &piece);
