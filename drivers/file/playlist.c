@@ -1,6 +1,7 @@
 /* Recordings one after the other, and the pieces of their blocks. */
 #include "drivers/file/playlist.h"
 
+#include "drivers/file/cloud_bag.h"
 #include "drivers/file/file_list.h"
 
 #include <errno.h>
@@ -38,22 +39,36 @@ struct dx_playlist {
     char source[DX_RECORDING_MAX_SOURCE + 1];
 };
 
+/* Of dexeld: also when nothing can be said, so that the playlist tells what it misses. */
+static bool is_recording(const char *path)
+{
+    struct dx_mcap_reader *reader;
+    struct dx_mcap_source source;
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    bool is_ours = true;
+
+    if (fd < 0)
+        return true;
+    if (dx_mcap_source_fd(&source, fd) == 0 &&
+        dx_mcap_reader_open(&reader, &source, NULL, NULL) == 0) {
+        is_ours = dx_mcap_reader_topic(reader, DX_RECORDING_TOPIC) != NULL ||
+                  !dx_cloud_bag_has_clouds(reader);
+        dx_mcap_reader_free(reader);
+    }
+    close(fd);
+    return is_ours;
+}
+
 bool dx_playlist_wants(const char *path)
 {
-    uint8_t magic[DX_MCAP_MAGIC_LEN];
     struct dx_file_list list;
-    ssize_t n = 0;
-    int fd;
+    bool wants;
 
     if (dx_file_list_init(&list, path, NULL) != 0)
         return false;
-    fd = open(list.paths[0], O_RDONLY | O_CLOEXEC);
-    if (fd >= 0) {
-        n = read(fd, magic, sizeof(magic));
-        close(fd);
-    }
+    wants = dx_cloud_bag_probe(list.paths[0]) && is_recording(list.paths[0]);
     dx_file_list_fini(&list);
-    return n == (ssize_t)sizeof(magic) && dx_mcap_probe(magic, sizeof(magic));
+    return wants;
 }
 
 /* ---- files -----------------------------------------------------------------------------------
