@@ -201,6 +201,10 @@ const struct dx_config_key dx_config_keys[] = {
              "Several files are the frames of a sequence, in the order of their names.\n"
              "Recordings of dexeld (MCAP) are decoded as their own configuration says; of the keys here,\n"
              "rate, loop, lossless and wait count for them."},
+    {"streams[].file.topic", DX_CONFIG_PATH, STREAM(source.file.topic), .min = 0, .max = 1024,
+     .preset = "",
+     .help = "Of MCAP files of other programs: the topic of the clouds, sensor_msgs/msg/PointCloud2 with\n"
+             "rows and columns.\nEmpty: the only one."},
     {"streams[].file.rate", DX_CONFIG_NUMBER, STREAM(source.file.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as recorded, as fast as possible, or so many times faster."},

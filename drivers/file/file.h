@@ -12,6 +12,7 @@
 
 struct dx_file_config {
     const char *path; /* file, directory or glob */
+    char *topic;      /* of clouds in MCAP files of other programs; NULL, "": the only one */
     double rate;      /* 1 real time, N times; 0 = max */
     double fps;       /* frames a second where the files carry no time; 0 = 10 */
     bool loop;
