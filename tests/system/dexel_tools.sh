@@ -83,7 +83,7 @@ for options in '--lod 2 --encoding q16' '--encoding delta --stride 4'; do
   says "dexel cat: --encoding: found '"
 done
 expect 2 "$dexel" bench nope
-says "found 'nope', expected a benchmark (rules|update|lod|live|paper|quality) or stages of a frame (publish|"
+says "found 'nope', expected a benchmark (rules|update|lod|live|record|paper|quality) or stages of a frame (publish|"
 expect 1 "$dexel" mesh none.ptx --stats
 expect 1 "$dexel" mesh seq --frame 4 --stats
 says 'seq: found 4 frames, expected one of number 4'
