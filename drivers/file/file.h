@@ -11,10 +11,10 @@
 #include "core/grid/represent.h"
 
 struct dx_file_config {
-    const char *path; /* file, directory or glob */
-    char *topic;      /* of clouds in MCAP files of other programs; NULL, "": the only one */
-    double rate;      /* 1 real time, N times; 0 = max */
-    double fps;       /* frames a second where the files carry no time; 0 = 10 */
+    const char *path;  /* file, directory or glob */
+    const char *topic; /* of clouds in MCAP files of other programs; NULL, "": the only one */
+    double rate;       /* 1 real time, N times; 0 = max */
+    double fps;        /* frames a second where the files carry no time; 0 = 10 */
     bool loop;
     int attr_bytes; /* -1: as the data has it; 0 none; 1; 2 */
     struct dx_fit_options fit;
