@@ -61,7 +61,7 @@ struct args {
     bool repair;
 };
 
-static int set_option(struct args *a, int opt, char *text)
+static int set_option(struct args *a, int opt, const char *text)
 {
     struct dx_convert_config *c = &a->config;
     int k;

@@ -112,7 +112,7 @@ static int set_value(struct args *a, int opt, const char *text)
     }
 }
 
-static int set_option(struct args *a, int opt, char *text)
+static int set_option(struct args *a, int opt, const char *text)
 {
     switch (opt) {
     case 'o':

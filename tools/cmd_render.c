@@ -119,7 +119,7 @@ static const struct option options[] = {
     {0},
 };
 
-static int set_option(struct args *a, int opt, char *text)
+static int set_option(struct args *a, int opt, const char *text)
 {
     switch (opt) {
     case 'o':

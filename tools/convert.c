@@ -203,7 +203,7 @@ static int copy(struct convert *c)
         if (rc)
             return rc < 0 ? rc : -EBADMSG;
         c->time = dx_source_time(c->driver, &block);
-        if (target_of(c->config) == RECORDING && is_wanted(c) && block.len)
+        if (target_of(c->config) == RECORDING && is_wanted(c))
             rc = dx_out_recording_add(&c->recording, &block, starts_frame(c), c->time, c->err);
         if (rc == 0)
             rc = c->driver->decode(c->dev, &block, &sink, c->err);

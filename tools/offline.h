@@ -15,8 +15,8 @@
 #define DX_OFFLINE_PLAIN (-1)       /* encoding: none, tiles as they are */
 
 struct dx_offline_config {
-    const char *path; /* file, directory or glob */
-    char *topic;      /* of clouds in MCAP; NULL: the only one */
+    const char *path;  /* file, directory or glob */
+    const char *topic; /* of clouds in MCAP; NULL: the only one */
     struct dx_terrain_args terrain;
     struct dx_thin_options thin;
     bool exact;         /* vertices are the file's own points */

@@ -14,11 +14,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A part of a mesh is 24 bytes a vertex and 12 a triangle, of which there are two a vertex. */
-#define PART_VERTICES 200000u
-#define PART_LEN      ((size_t)PART_VERTICES * 48 + 4096)
+/* A mesh is 24 bytes a vertex and 12 a triangle, of which there are two a vertex; and what comes
+ * before. */
+#define VERTEX_LEN 48
+#define SCENE_HEAD 4096
 /* A chunk is a message and the definitions of its channel. */
 #define MAX_LEN (DX_MCAP_MAX_CHUNK - ((size_t)1 << 20) - 4096)
+/* Later frames may be larger than the first one, within this in one message. */
+#define MIN_LEN ((size_t)16 << 20)
 
 enum { CLOUD = 1, SCENE = 2 }; /* channels, and their schemas */
 
@@ -105,10 +108,7 @@ int dx_out_ros_open(struct dx_out_ros *o, const char *path, enum dx_ros_what wha
     if (rc < 0)
         return rc;
     if (has(o, DX_ROS_MESH)) {
-        rc = dx_pool_new(&o->pool, 0);
-        if (rc == 0)
-            rc = dx_ros_part_new(&o->part, PART_VERTICES);
-        rc = failed(o, rc, err);
+        rc = failed(o, dx_pool_new(&o->pool, 0), err);
     }
     if (rc < 0)
         dx_out_ros_abort(o);
@@ -268,14 +268,39 @@ static int add_mesh(struct dx_out_ros *o, const struct dx_plane *plane, uint64_t
 /* ---- frames ----------------------------------------------------------------------------------
  */
 
+/* Bytes of the message for the mesh of so many dexels; of its first part, when it is too large. */
+static size_t scene_len(size_t n_dexels)
+{
+    return n_dexels < MAX_LEN / VERTEX_LEN ? n_dexels * VERTEX_LEN + SCENE_HEAD : MAX_LEN;
+}
+
 int dx_out_ros_geometry(struct dx_out_ros *o, struct dx_geometry *g, uint8_t attr_bytes,
                         struct dx_err *err)
 {
+    size_t len = scene_len((size_t)g->height * g->width);
+    int rc;
+
     if (!has(o, DX_ROS_MESH))
         return 0;
+    if (o->writer && len > o->message_cap)
+        len = o->message_cap;
     dx_terrain_free(o->terrain);
+    dx_ros_part_free(o->part);
     o->terrain = NULL;
-    return failed(o, dx_terrain_new(&o->terrain, g, &o->params, attr_bytes), err);
+    o->part = NULL;
+    rc = dx_ros_part_new(&o->part, (uint32_t)((len - SCENE_HEAD) / VERTEX_LEN));
+    if (rc == 0)
+        rc = dx_terrain_new(&o->terrain, g, &o->params, attr_bytes);
+    return failed(o, rc, err);
+}
+
+/* For the messages of a frame, and of others like it. */
+static size_t room_for(const struct dx_out_ros *o, size_t cloud_len, size_t n_dexels)
+{
+    size_t len = has(o, DX_ROS_MESH) ? scene_len(n_dexels) : 0;
+
+    len = len > cloud_len ? len : cloud_len;
+    return len > MIN_LEN ? len : MIN_LEN;
 }
 
 int dx_out_ros_add(struct dx_out_ros *o, const struct dx_plane *plane, const struct dx_geometry *g,
@@ -291,7 +316,7 @@ int dx_out_ros_add(struct dx_out_ros *o, const struct dx_plane *plane, const str
                           "message; a smaller array helps (--size)",
                           o->file.path, plane->width, plane->height, len >> 20);
     if (!o->writer)
-        rc = begin(o, len > PART_LEN ? len : PART_LEN);
+        rc = begin(o, room_for(o, len, dx_plane_n_dexels(plane)));
     if (rc == 0 && has(o, DX_ROS_CLOUDS))
         rc = add_cloud(o, plane, g, time);
     if (rc == 0 && has(o, DX_ROS_MESH))

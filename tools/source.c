@@ -45,6 +45,7 @@ struct dx_device {
     struct dx_device *decoder;
     struct dx_playlist_block block;
     bool begun;
+    uint64_t n_damaged; /* blocks that could not be decoded */
 };
 
 static void tell(const char *text)
@@ -56,6 +57,9 @@ static void recorded_close(struct dx_device *dev)
 {
     if (!dev)
         return;
+    if (dev->n_damaged > 1)
+        fprintf(stderr, "dexel: %llu blocks could not be decoded\n",
+                (unsigned long long)dev->n_damaged);
     if (dev->driver)
         dev->driver->close(dev->decoder);
     dx_config_fini(&dev->config);
@@ -146,7 +150,13 @@ static int recorded_decode(struct dx_device *dev, const struct dx_block *block,
     int rc = dev->begun ? 0 : adopt(dev, block, sink, err);
 
     dev->begun = true;
-    return rc ? rc : dev->driver->decode(dev->decoder, block, sink, err);
+    if (rc == 0)
+        rc = dev->driver->decode(dev->decoder, block, sink, err);
+    if (rc != DX_DRIVER_E_CORRUPT)
+        return rc;
+    if (dev->n_damaged++ == 0)
+        tell(err->text);
+    return 0;
 }
 
 const struct dx_driver dx_recorded_driver = {

@@ -24,7 +24,8 @@ const struct dx_fit_report *dx_source_fit_report(const struct dx_driver *driver,
 /* ---- recordings ------------------------------------------------------------------------------
  */
 
-/* Its blocks have the log time as their host stamp. */
+/* Its blocks have the log time as their host stamp. A device says damaged things now and then: as
+ * in the service those blocks are passed over, and standard error is told. */
 extern const struct dx_driver dx_recorded_driver;
 
 /* The driver that recorded, and its device. */

@@ -23,7 +23,8 @@
 #define NO_FORMAT   "neither PTX nor PCD nor MCAP"
 
 struct dx_device {
-    struct dx_file_config config; /* path is list's business */
+    struct dx_file_config config; /* without its texts */
+    char *topic;                  /* of clouds in MCAP files */
     char name[128];               /* of the source, without folders */
     struct dx_file_list list;
     struct dx_pace pace;
@@ -72,7 +73,7 @@ static void file_close(struct dx_device *dev)
     dx_file_list_fini(&dev->list);
     dx_slurp_fini(&dev->file);
     dx_cloud_bag_close(dev->bag);
-    free(dev->config.topic);
+    free(dev->topic);
     dx_xyz_frame_fini(&dev->frame);
     dx_array_fini(&dev->array);
     free(dev);
@@ -104,9 +105,9 @@ static int open_decoder(struct dx_device **out, const void *config, struct dx_er
     dev->config.fps = c->fps > 0 ? c->fps : DEFAULT_FPS;
     set_name(dev, c->path);
     rc = dx_pace_init(&dev->pace, c->rate);
-    dev->config.path = NULL; /* the caller's memory */
-    dev->config.topic = strdup(c->topic ? c->topic : "");
-    if (rc == 0 && !dev->config.topic)
+    dev->config.path = dev->config.topic = NULL; /* the caller's memory */
+    dev->topic = strdup(c->topic ? c->topic : "");
+    if (rc == 0 && !dev->topic)
         rc = -ENOMEM;
     if (rc) {
         file_close(dev);
@@ -180,7 +181,7 @@ static int open_file(struct dx_device *dev, const char *path)
     if (!dx_cloud_bag_probe(path))
         return dx_slurp_file(&dev->file, path, DX_SLURP_MAX, &dev->fault);
     dx_pace_restart(&dev->pace); /* its times are its own */
-    return dx_cloud_bag_open(&dev->bag, path, dev->config.topic, &dev->fault);
+    return dx_cloud_bag_open(&dev->bag, path, dev->topic, &dev->fault);
 }
 
 /* Opens the next file; a block is ready only when it could not be read. EOF at the end. */

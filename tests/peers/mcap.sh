@@ -11,12 +11,13 @@ command -v node >/dev/null && command -v npm >/dev/null || skip "no node or no n
 js=$B/peers/mcap-js
 mkdir -p "$js"
 [ -e "$js/package.json" ] || echo '{"name": "mcap-peer", "private": true}' >"$js/package.json"
-if [ ! -d "$js/node_modules/@mcap/core" ] || [ ! -d "$js/node_modules/@foxglove/schemas" ]; then
+if [ ! -d "$js/node_modules/@mcap/core" ] || [ ! -d "$js/node_modules/@foxglove/schemas" ] ||
+  [ ! -d "$js/node_modules/@foxglove/rosmsg-msgs-common" ]; then
   (cd "$js" && timeout 300 npm install --no-audit --no-fund --ignore-scripts --save-exact @mcap/core@2.2.2 \
     @mcap/support@1.1.0 lz4js@0.2.0 @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0 \
-    @foxglove/schemas@2.1.0 >npm.log 2>&1) || skip "npm could not install @mcap/core: $(tail -n 1 "$js/npm.log")"
+    @foxglove/schemas@2.1.0 @foxglove/rosmsg-msgs-common@3.2.3 >npm.log 2>&1) || skip "npm could not install @mcap/core: $(tail -n 1 "$js/npm.log")"
 fi
-cp tests/peers/mcap_peer.mjs tests/peers/mcap_files.mjs "$js/"
+cp tests/peers/mcap_peer.mjs tests/peers/mcap_files.mjs tests/peers/mcap_bag.mjs "$js/"
 run=$(mktemp -d)
 trap 'rm -rf "$run"' EXIT
 ours() { "$B/peers/mcap_peer" "$@"; }
@@ -129,5 +130,16 @@ for c in none lz4 zstd; do
     cmp -s "$run/a" "$run/b" || fail "$c, $how: order of log time: $(diff "$run/a" "$run/b" | head -n 3)"
     [ "$(wc -l <"$run/a")" = 3000 ] || fail "$c, $how: $(wc -l <"$run/a") messages, expected 3000"
   done
+done
+
+echo "-- their clouds, read by us"
+node "$js/mcap_bag.mjs" "$run/one.pcd" "$run/bag.mcap" || fail "bag: their writer"
+for topic in /packed /padded; do
+  rm -rf "$run/bag"
+  "$B/bin/dexel" convert "$run/bag.mcap" "$run/bag" --format pcd --topic $topic --exact || fail "bag: $topic"
+  for k in 0 1 2; do
+    cmp "$run/bag/frame-00000$k.pcd" "$run/one.pcd" || fail "bag: $topic, frame $k"
+  done
+  echo "same  3 clouds of $topic"
 done
 echo "mcap: all the same"

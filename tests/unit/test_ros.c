@@ -295,7 +295,7 @@ static void plays_a_bag_in_the_order_of_time(void **state)
 }
 
 /* What a step says when `topic` is asked for. */
-static void expect_topic(const char *folder, char *topic, int want, const char *text)
+static void expect_topic(const char *folder, const char *topic, int want, const char *text)
 {
     char *path = path_in(folder, "run.mcap");
     struct dx_file_config config = file_config(path);
