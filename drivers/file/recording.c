@@ -17,7 +17,8 @@ struct dx_recording_piece dx_recording_piece_of(const struct dx_block *block, bo
         .number = block->number,
         .device_ns = block->stamp.device_ns,
         .clock_id = block->stamp.clock_id,
-        .flags = starts_frame ? DX_RECORDING_STARTS_FRAME : 0,
+        .flags = (uint16_t)((starts_frame ? DX_RECORDING_STARTS_FRAME : 0) |
+                            (block->first ? DX_RECORDING_FIRST : 0)),
         .block_len = block->len,
         .offset = offset,
         .source = block->source,
