@@ -54,10 +54,10 @@ LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
 UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
-FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
+FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-live bench-peers \
-        performance compare-scans peers-mcap asan tsan fuzz format install uninstall clean help FORCE
+        performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -163,13 +163,14 @@ tsan:
 	@$(MAKE) --no-print-directory B=build/tsan OPT=-O1 SAN='-fsanitize=thread' \
 	  all check-unit check-system
 
-# Fuzz targets are built whole from source with coverage: clang only.
-FUZZ_FLAGS := -std=gnu17 -O1 -g -ffp-contract=off -fsanitize=fuzzer,address,undefined \
-              -fno-sanitize-recover=all -pthread
-fuzz: $(FUZZ)
-$(B)/fuzz/%: tests/fuzz/%.c $(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC)
-	@mkdir -p $(@D)
-	$(Q)clang $(FUZZ_FLAGS) $(CPPFLAGS) $(PKG_CFLAGS) -o $@ $^ $(PKG_LIBS)
+# Fuzz targets: clang, the libraries with coverage under their own folder, the targets linked to them.
+FUZZ_SAN := address,undefined -fno-sanitize-recover=all
+fuzz:
+	@$(MAKE) --no-print-directory B=$(B)/fuzz CC=clang OPT=-O1 \
+	  SAN='-fsanitize=fuzzer-no-link,$(FUZZ_SAN)' fuzz-targets
+fuzz-targets: $(FUZZ)
+$(B)/fuzz_%: $(B)/obj/tests/fuzz/fuzz_%.o $(LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -fsanitize=fuzzer -o $@ $< $(LIBS) $(PKG_LIBS)
 
 bench: all
 	$(B)/bin/dexel bench --size all --threads 1,2
