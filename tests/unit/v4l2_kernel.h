@@ -436,7 +436,7 @@ static void kernel_unplug(const char *name, unsigned port)
     snprintf(path, sizeof(path), "/sys" KERNEL_USB "%u/1-%u:1.0/video4linux/%s", port, port, name);
     umockdev_testbed_remove_device(kernel.bed, path);
     kernel.n_nodes = 0;
-    kernel.gone = false;
+    kernel.gone = kernel.streaming = false;
 }
 
 static int kernel_set_up(void **state)
