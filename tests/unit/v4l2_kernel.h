@@ -383,8 +383,8 @@ int __wrap_clock_gettime(clockid_t id, struct timespec *t)
 #define KERNEL_USB "/devices/pci0000:00/0000:00:14.0/usb1/1-"
 
 /* A node of the USB device at port `port` of bus 1. */
-static void kernel_plug(const char *name, unsigned port, const char *serial, uint32_t caps,
-                        uint32_t format0, uint32_t format1)
+static inline void kernel_plug(const char *name, unsigned port, const char *serial, uint32_t caps,
+                               uint32_t format0, uint32_t format1)
 {
     struct kernel_node *node = &kernel.nodes[kernel.n_nodes++];
     unsigned number = (unsigned)atoi(name + strlen("video"));
@@ -427,7 +427,7 @@ static void kernel_plug(const char *name, unsigned port, const char *serial, uin
     close(fd);
 }
 
-static void kernel_unplug(const char *name, unsigned port)
+static inline void kernel_unplug(const char *name, unsigned port)
 {
     char path[256];
 
@@ -492,7 +492,7 @@ static int kernel_tear_down(void **state)
     } while (0)
 
 /* Descriptors of this process; umockdev's sockets come and go as its thread gets to them. */
-static unsigned kernel_n_descriptors(void)
+static inline unsigned kernel_n_descriptors(void)
 {
     DIR *dir = opendir("/proc/self/fd");
     const struct dirent *entry;
@@ -510,7 +510,7 @@ static unsigned kernel_n_descriptors(void)
 }
 
 /* Mappings of nodes in this process. */
-static unsigned kernel_n_mappings(void)
+static inline unsigned kernel_n_mappings(void)
 {
     FILE *maps = fopen("/proc/self/maps", "r");
     char line[512];
