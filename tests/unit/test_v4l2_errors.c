@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
+#include "tests/unit/v4l2_bed.h"
 #include "tests/unit/v4l2_fixture.h"
-#include "tests/unit/v4l2_kernel.h"
 
 static struct dx_device *dev;
 static struct dx_err err;
