@@ -19,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <umockdev.h>
 #include <unistd.h>
@@ -312,6 +313,8 @@ int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
+int __real_stat(const char *path, struct stat *st);
+int __wrap_stat(const char *path, struct stat *st);
 int __real_clock_gettime(clockid_t id, struct timespec *t);
 int __wrap_clock_gettime(clockid_t id, struct timespec *t);
 
@@ -367,6 +370,18 @@ int __wrap_open(const char *path, int flags, ...)
         return -1;
     }
     return __real_open(path, flags, 0600);
+}
+
+/* The plain files that stand for nodes are nodes, each of its own number. */
+int __wrap_stat(const char *path, struct stat *st)
+{
+    int r = __real_stat(path, st);
+
+    if (r == 0 && !strncmp(path, "/dev/v", 6) && S_ISREG(st->st_mode)) {
+        st->st_mode = S_IFCHR | 0660;
+        st->st_rdev = st->st_ino;
+    }
+    return r;
 }
 
 int __wrap_clock_gettime(clockid_t id, struct timespec *t)
