@@ -306,8 +306,8 @@ static void *kernel_run(void *unused)
     return unused;
 }
 
-/* ---- waiting, opening and the clock: the linker's wraps
- * ------------------------------------------- */
+/* ---- the linker's wraps -------------------------------------------------------------------------
+ */
 
 int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
@@ -372,15 +372,13 @@ int __wrap_open(const char *path, int flags, ...)
     return __real_open(path, flags, 0600);
 }
 
-/* The plain files that stand for nodes are nodes, each of its own number. */
+/* umockdev's nodes are devices that all have the number 0: each gets one of its own. */
 int __wrap_stat(const char *path, struct stat *st)
 {
     int r = __real_stat(path, st);
 
-    if (r == 0 && !strncmp(path, "/dev/v", 6) && S_ISREG(st->st_mode)) {
-        st->st_mode = S_IFCHR | 0660;
+    if (r == 0 && !strncmp(path, "/dev/v", 6))
         st->st_rdev = st->st_ino;
-    }
     return r;
 }
 
