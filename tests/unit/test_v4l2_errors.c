@@ -1,12 +1,5 @@
 /* What may come of a wait for a camera's frame, row by row (docs/drivers/v4l2.md), on a scripted
  * kernel; and waking. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/v4l2_bed.h"
 #include "tests/unit/v4l2_fixture.h"
 

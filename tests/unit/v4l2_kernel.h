@@ -8,6 +8,8 @@
 #ifndef V4L2_KERNEL_H
 #define V4L2_KERNEL_H
 
+#include "tests/unit/umock_fixture.h"
+
 #include <linux/videodev2.h>
 
 #include <errno.h>
@@ -19,9 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <time.h>
-#include <umockdev.h>
 #include <unistd.h>
 
 #define KERNEL_BUFFERS 4
@@ -313,8 +313,6 @@ int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
-int __real_stat(const char *path, struct stat *st);
-int __wrap_stat(const char *path, struct stat *st);
 int __real_clock_gettime(clockid_t id, struct timespec *t);
 int __wrap_clock_gettime(clockid_t id, struct timespec *t);
 
@@ -370,16 +368,6 @@ int __wrap_open(const char *path, int flags, ...)
         return -1;
     }
     return __real_open(path, flags, 0600);
-}
-
-/* umockdev's nodes are devices that all have the number 0: each gets one of its own. */
-int __wrap_stat(const char *path, struct stat *st)
-{
-    int r = __real_stat(path, st);
-
-    if (r == 0 && !strncmp(path, "/dev/v", 6))
-        st->st_rdev = st->st_ino;
-    return r;
 }
 
 int __wrap_clock_gettime(clockid_t id, struct timespec *t)
