@@ -148,7 +148,8 @@ static void tell(const struct probe *p, const struct dx_udev_device *d, enum dx_
     else
         len = snprintf(yaml, sizeof(yaml), "path: \"%s\"", d->place);
     if (!access && !is_depth)
-        snprintf(yaml + len, sizeof(yaml) - (size_t)len, "\nformat: %s", format_name);
+        len += snprintf(yaml + len, sizeof(yaml) - (size_t)len, "\nformat: %s", format_name);
+    snprintf(yaml + len, sizeof(yaml) - (size_t)len, "\n#fx: 425 # pixels: see config/sensors");
     p->found(p->ctx, &(struct dx_device_found){.name = name,
                                                .node = d->node,
                                                .serial = d->serial,
