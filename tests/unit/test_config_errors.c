@@ -83,7 +83,7 @@ static void test_scalars(void **state)
     strcpy(name + len + 63, "}]");
     bad_bytes(name, strlen(name),
               "t.yaml:1:11: streams[0]: found no driver, expected one of "
-              "synthetic, file");
+              "synthetic, file, kinect");
     strcpy(name + len + 63, "n}]");
     bad_bytes(name, strlen(name),
               "t.yaml:1:18: streams[0].name: found "
@@ -203,7 +203,8 @@ static void test_keys(void **state)
                                        "letters, digits and . _ -"},
         {STREAM "    file:\n",
          "t.yaml:3:10: streams[0].file.path: missing, expected a path of 1 to 4095 bytes"},
-        {STREAM, "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, kinect"},
+        {STREAM,
+         "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, kinect"},
         {STREAM "    file: {path: x}\n    synthetic:\n",
          "t.yaml:4:5: streams[0].synthetic: found a second driver beside 'file', expected one"},
         {"[threads]", "t.yaml:1:1: found a list, expected a map of keys"},
