@@ -21,7 +21,21 @@
 static char none[] = "";
 static struct dx_kinect_config config;
 static uint16_t depths[DX_KINECT_PIXELS];
+static uint8_t packed[DX_KINECT_PIXELS / 8 * 11]; /* the same, as the camera sends them */
 static const struct dx_driver *const driver = &dx_kinect_driver;
+
+/* Depths that codes have, and some of no return. */
+static int make_depths(void **state)
+{
+    (void)state;
+    fake_libusb_reset();
+    dx_kinect_lut_fill(depths, &fake_libusb.sim.constants, 11, 10000);
+    for (uint32_t k = DX_KINECT_PIXELS; k-- > 0;)
+        depths[k] = k % 97 ? depths[500 + k * 7 % 480] : 0;
+    kinect_sim_depths(&fake_libusb.sim, depths);
+    memcpy(packed, fake_libusb.sim.packed, sizeof(packed));
+    return 0;
+}
 
 static int setup(void **state)
 {
@@ -29,10 +43,6 @@ static int setup(void **state)
     fake_libusb_reset();
     config = (struct dx_kinect_config){
         .serial = none, .port = none, .bits = 11, .max_m = 10, .cx = -1, .cy = -1};
-    /* Depths that codes have, and some of no return. */
-    dx_kinect_lut_fill(depths, &fake_libusb.sim.constants, 11, 10000);
-    for (uint32_t k = DX_KINECT_PIXELS; k-- > 0;)
-        depths[k] = k % 97 ? depths[500 + k * 7 % 480] : 0;
     return 0;
 }
 
@@ -62,7 +72,7 @@ static struct dx_device *start_it(void)
     struct dx_device *dev = open_it();
     struct dx_err err;
 
-    kinect_sim_depths(&fake_libusb.sim, depths);
+    memcpy(fake_libusb.sim.packed, packed, sizeof(packed));
     assert_int_equal(driver->start(dev, &err), 0);
     return dev;
 }
@@ -400,5 +410,5 @@ int main(void)
         TEST(it_is_found),
     };
 
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_depths, NULL);
 }
