@@ -49,8 +49,7 @@ struct dx_device {
 static const struct dx_usb_id ids[] = {
     {DX_KINECT_VID, DX_KINECT_PID_XBOX}, {DX_KINECT_VID, DX_KINECT_PID_WINDOWS}, {0, 0}};
 
-/* ---- frames to blocks --------------------------------------------------------------------------
- */
+/* ---- frames to blocks ------------------------------------------------------------------------ */
 
 static uint8_t *frame_of(const struct dx_device *dev, unsigned n)
 {
@@ -102,8 +101,7 @@ static void take_packet(void *ctx, const uint8_t *bytes, size_t len, int status)
     measure_loss(dev);
 }
 
-/* ---- the device half ---------------------------------------------------------------------------
- */
+/* ---- the device half ------------------------------------------------------------------------- */
 
 static void kinect_close(struct dx_device *dev)
 {
@@ -252,8 +250,7 @@ static void kinect_wake(struct dx_device *dev)
     dx_usb_wake(dev->link.usb);
 }
 
-/* ---- what it says of itself ---------------------------------------------------------------------
- */
+/* ---- what it says of itself ------------------------------------------------------------------ */
 
 static int kinect_decode(struct dx_device *dev, const struct dx_block *block,
                          const struct dx_frame_sink *sink, struct dx_err *err)
