@@ -21,6 +21,7 @@ datarootdir ?= $(prefix)/share
 mandir ?= $(datarootdir)/man
 docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
+udevrulesdir ?= $(prefix)/lib/udev/rules.d
 INSTALL ?= install
 
 PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4 libusb-1.0 libgpiod
@@ -146,6 +147,9 @@ $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/n
 $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 # tests/unit/v4l2_kernel.h
 $(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=open,--wrap=clock_gettime
+$(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
+$(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
+$(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka
@@ -219,7 +223,8 @@ format:
 install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
-	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir) $(DESTDIR)$(sysconfdir)/dexeld
+	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
+	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -233,6 +238,9 @@ install: all
 	$(INSTALL) -m 644 docs/dexeld.8 $(DESTDIR)$(mandir)/man8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
 	  $(DESTDIR)$(docdir)
+	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
+	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
+	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)
 	[ -e $(DESTDIR)$(sysconfdir)/dexeld/dexeld.yaml ] || \
 	  $(INSTALL) -m 644 config/dexeld.yaml $(DESTDIR)$(sysconfdir)/dexeld
 
@@ -241,7 +249,8 @@ uninstall:
 	  $(DESTDIR)$(libdir)/libdexel.so $(DESTDIR)$(libdir)/$(SONAME) \
 	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
 	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
-	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8
+	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
+	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules
 	rm -rf $(DESTDIR)$(docdir)
 
 clean:
