@@ -130,9 +130,19 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
+# Tests on devices of umockdev. Objects that a test depends on are linked to it.
+UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
+UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)
+$(B)/obj/tests/unit/mock_usb.o: override CFLAGS += $(UMOCKDEV_CFLAGS)
+$(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
+$(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
+# Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
+UMOCK := $(addprefix $(B)/tests/,test_udev)
+$(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
+$(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka
 $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)

@@ -9,6 +9,7 @@
 #include "core/base/err.h"
 #include "core/grid/terrain.h"
 #include "drivers/file/file.h"
+#include "drivers/hokuyo/hokuyo.h"
 #include "drivers/synth/synth.h"
 
 #include <stdio.h>
@@ -33,6 +34,7 @@ struct dx_stream_config {
     union {
         struct dx_file_config file;
         struct dx_synth_config synthetic;
+        struct dx_hokuyo_config hokuyo;
     } source; /* its address is what the driver's open() takes */
     struct dx_record_config record;
     uint32_t commit_ms;

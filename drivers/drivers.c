@@ -2,11 +2,13 @@
 #include "drivers/driver.h"
 
 #include "drivers/file/file.h"
+#include "drivers/hokuyo/hokuyo.h"
 #include "drivers/synth/synth.h"
 
 #include <string.h>
 
-const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, NULL};
+const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, &dx_hokuyo_driver,
+                                              NULL};
 
 const struct dx_driver *dx_driver_find(const char *name)
 {
