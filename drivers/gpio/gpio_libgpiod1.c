@@ -27,25 +27,29 @@ struct port {
     } line[DX_GPIO_MAX_LINES];
 };
 
+/* The offset of a line of this name on a chip, or -1. */
+static int offset_on(const char *path, const char *name)
+{
+    struct gpiod_chip *chip = gpiod_chip_open(path);
+    struct gpiod_line *line = chip ? gpiod_chip_find_line(chip, name) : NULL;
+    int offset = line ? (int)gpiod_line_offset(line) : -1;
+
+    if (chip)
+        gpiod_chip_close(chip);
+    return offset;
+}
+
 static int find(const struct dx_gpio_bank *bank, const char *where, struct dx_gpio_place *place,
                 struct dx_err *err)
 {
-    struct gpiod_line *line;
-
     (void)bank;
     if (dx_gpio_where_check(where))
         return dx_err_set(err, -EINVAL, "gpio line %s: %s", where ? where : "",
                           dx_gpio_where_check(where));
-    if (dx_gpio_where_split(where, place->chip, sizeof(place->chip), &place->offset))
+    if (dx_gpio_where_split(where, place->chip, sizeof(place->chip), &place->offset) ||
+        dx_gpio_find_name(where, offset_on, place))
         return 0;
-    line = gpiod_line_find(where);
-    if (!line)
-        return dx_gpio_fail(err, -ENOENT, where, "no chip has a line of this name");
-    snprintf(place->chip, sizeof(place->chip), "/dev/%s",
-             gpiod_chip_name(gpiod_line_get_chip(line)));
-    place->offset = gpiod_line_offset(line);
-    gpiod_line_close_chip(line);
-    return 0;
+    return dx_gpio_fail(err, -ENOENT, where, "no chip has a line of this name");
 }
 
 static void release(struct dx_gpio_port *port)

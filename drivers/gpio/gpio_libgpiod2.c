@@ -5,7 +5,6 @@
  */
 #include "drivers/gpio/gpio_port.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <gpiod.h>
 #include <stdio.h>
@@ -50,26 +49,6 @@ static int offset_on(const char *path, const char *name)
     return offset;
 }
 
-/* The chip with this line, of all in /dev. */
-static bool find_name(const char *name, struct dx_gpio_place *place)
-{
-    DIR *dir = opendir("/dev");
-    const struct dirent *d;
-    int offset = -1;
-
-    while (dir && offset < 0 && (d = readdir(dir))) {
-        if (strncmp(d->d_name, "gpiochip", strlen("gpiochip")))
-            continue;
-        if (snprintf(place->chip, sizeof(place->chip), "/dev/%s", d->d_name) <
-            (int)sizeof(place->chip))
-            offset = offset_on(place->chip, name);
-    }
-    if (dir)
-        closedir(dir);
-    place->offset = (uint32_t)offset;
-    return offset >= 0;
-}
-
 static int find(const struct dx_gpio_bank *bank, const char *where, struct dx_gpio_place *place,
                 struct dx_err *err)
 {
@@ -78,7 +57,7 @@ static int find(const struct dx_gpio_bank *bank, const char *where, struct dx_gp
         return dx_err_set(err, -EINVAL, "gpio line %s: %s", where ? where : "",
                           dx_gpio_where_check(where));
     if (dx_gpio_where_split(where, place->chip, sizeof(place->chip), &place->offset) ||
-        find_name(where, place))
+        dx_gpio_find_name(where, offset_on, place))
         return 0;
     return dx_gpio_fail(err, -ENOENT, where, "no chip has a line of this name");
 }

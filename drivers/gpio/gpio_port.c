@@ -1,7 +1,8 @@
 /* Lines by chip and offset, or by name: what all back ends share. */
 #include "drivers/gpio/gpio_port.h"
 
-#include <errno.h>
+#include <dirent.h>
+#include <stdio.h>
 #include <string.h>
 
 #define MAX_OFFSET  65535u
@@ -55,6 +56,26 @@ const char *dx_gpio_where_check(const char *where)
     if (*where == '/')
         return "a path of a chip needs the line's offset behind it: /dev/gpiochip0:17";
     return strlen(where) < MAX_NAME ? NULL : "names of lines have at most 31 bytes";
+}
+
+bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, const char *name),
+                       struct dx_gpio_place *place)
+{
+    DIR *dir = opendir("/dev");
+    const struct dirent *d;
+    int offset = -1;
+
+    while (dir && offset < 0 && (d = readdir(dir))) {
+        if (strncmp(d->d_name, "gpiochip", strlen("gpiochip")))
+            continue;
+        if (snprintf(place->chip, sizeof(place->chip), CHIP_PREFIX "%s", d->d_name) <
+            (int)sizeof(place->chip))
+            offset = offset_on(place->chip, name);
+    }
+    if (dir)
+        closedir(dir);
+    place->offset = (uint32_t)offset;
+    return offset >= 0;
 }
 
 int dx_gpio_fail(struct dx_err *err, int code, const char *where, const char *what)

@@ -84,7 +84,12 @@ struct dx_gpio_port {
 /* "CHIP:OFFSET" in two; false: it is a line's name. */
 bool dx_gpio_where_split(const char *where, char *chip, size_t chip_len, uint32_t *offset);
 
-/* "gpio: LINE: " and so on. */
+/* Looks through the chips in /dev for a line of this name; `offset_on` tells its offset on a chip,
+ * or -1. */
+bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, const char *name),
+                       struct dx_gpio_place *place);
+
+/* "gpio line WHERE: what: why" */
 int dx_gpio_fail(struct dx_err *err, int code, const char *where, const char *what);
 
 #endif

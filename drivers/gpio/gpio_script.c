@@ -131,6 +131,14 @@ static void happen_bouncing(struct dx_gpio_script *s, struct dx_gpio_script_step
     }
 }
 
+void dx_gpio_script_begin(struct dx_gpio_script *s, uint64_t base_ns)
+{
+    lock(s);
+    for (size_t k = s->at; k < s->n_steps; k++)
+        s->steps[k].t_ns += base_ns;
+    unlock(s);
+}
+
 void dx_gpio_script_advance(struct dx_gpio_script *s, uint64_t until_ns)
 {
     lock(s);

@@ -37,6 +37,9 @@ void dx_gpio_script_free(struct dx_gpio_script *script);
 
 const struct dx_gpio_bank *dx_gpio_script_bank(struct dx_gpio_script *script);
 
+/* Moves the times of the steps to come: they count from here. */
+void dx_gpio_script_begin(struct dx_gpio_script *script, uint64_t base_ns);
+
 /* Steps up to this time have happened: levels change, events wait to be read. */
 void dx_gpio_script_advance(struct dx_gpio_script *script, uint64_t until_ns);
 
