@@ -31,6 +31,7 @@ struct dx_gpio_script {
     uint64_t n_read;
     size_t n_lines;
     bool is_output[DX_GPIO_MAX_LINES], level[DX_GPIO_MAX_LINES];
+    enum dx_gpio_edges edges[DX_GPIO_MAX_LINES];
     uint64_t n_sets[DX_GPIO_MAX_LINES];
 };
 
@@ -91,13 +92,17 @@ static bool make_room(struct dx_gpio_script *s, uint32_t line)
 
 static void happen(struct dx_gpio_script *s, const struct dx_gpio_script_step *step)
 {
-    uint32_t number = ++s->seqno;
-    bool is_lost = number > s->faults.lose_at && number <= s->faults.lose_at + s->faults.n_lose;
+    uint32_t number;
+    bool is_lost;
 
     if (step->line >= DX_GPIO_MAX_LINES)
         return;
     s->level[step->line] = step->rising;
-    if (!s->is_open || is_lost || !make_room(s, step->line))
+    if (!s->is_open || !(s->edges[step->line] & (step->rising ? DX_GPIO_RISING : DX_GPIO_FALLING)))
+        return;
+    number = ++s->seqno;
+    is_lost = number > s->faults.lose_at && number <= s->faults.lose_at + s->faults.n_lose;
+    if (is_lost || !make_room(s, step->line))
         return;
     if (s->n_queue == s->max_queue) {
         size_t max = s->max_queue ? 2 * s->max_queue : 64;
@@ -209,6 +214,7 @@ static int request(struct dx_gpio_port **out, const struct dx_gpio_bank *bank,
                          lines[0].where, "the line is not given");
     for (size_t k = 0; k < n && !r; k++) {
         s->is_output[k] = lines[k].output;
+        s->edges[k] = lines[k].output ? DX_GPIO_NO_EDGE : lines[k].edges;
         if (lines[k].output)
             s->level[k] = lines[k].value;
     }

@@ -2,6 +2,7 @@
 #include "drivers/gpio/trigger_queue.h"
 
 #define SMOOTHING 8 /* the delay follows by an eighth */
+#define N_LONG    8 /* long gaps in a row that are a new period, and not edges that were lost */
 
 void dx_trigger_queue_init(struct dx_trigger_queue *q, uint64_t max_delay_ns)
 {
@@ -13,6 +14,17 @@ void dx_trigger_queue_restart(struct dx_trigger_queue *q)
     q->next = q->n_edges;
     q->is_paired = false;
     q->last_edge_ns = q->period_ns = 0;
+    q->n_long = 0;
+}
+
+/* From edge to edge. A gap that is longer than before is mostly an edge that was lost. */
+static void learn_period(struct dx_trigger_queue *q, uint64_t gap_ns)
+{
+    bool is_long = q->period_ns && gap_ns > q->period_ns + q->period_ns / 2;
+
+    q->n_long = is_long ? q->n_long + 1 : 0;
+    if (!is_long || q->n_long >= N_LONG)
+        q->period_ns = gap_ns;
 }
 
 void dx_trigger_queue_edge(struct dx_trigger_queue *q, uint64_t t_ns, uint64_t min_gap_ns,
@@ -25,7 +37,7 @@ void dx_trigger_queue_edge(struct dx_trigger_queue *q, uint64_t t_ns, uint64_t m
     if (doubt)
         q->is_paired = false;
     else if (q->last_edge_ns && t_ns > q->last_edge_ns)
-        q->period_ns = t_ns - q->last_edge_ns;
+        learn_period(q, t_ns - q->last_edge_ns);
     q->last_edge_ns = t_ns;
     q->edge_ns[q->n_edges++ % DX_TRIGGER_QUEUE_LEN] = t_ns;
     if (q->n_edges - q->next > DX_TRIGGER_QUEUE_LEN) /* no frames come: the oldest is gone */

@@ -17,6 +17,7 @@ struct dx_trigger_queue {
     uint64_t edge_ns[DX_TRIGGER_QUEUE_LEN];
     uint64_t n_edges, next;           /* put in; the first that has no frame yet */
     uint64_t last_edge_ns, period_ns; /* 0: not known */
+    uint32_t n_long;                  /* gaps in a row that are longer than the period */
     bool is_paired;                   /* delay_ns is that of the frame before */
     uint64_t delay_ns;                /* from edge to frame, smoothed */
     uint64_t n_frames, n_pairs, n_resyncs, n_glitches;
