@@ -284,6 +284,7 @@ static void handle_scan(struct dx_scip_session *s, struct dx_scip_scan *scan, ui
     s->counts.n_scans++;
     s->life_ns = now_ns;
     s->asked = false;
+    s->scan = *scan;
     s->scan_ready = true;
     if (now_ns - s->run_from_ns > CALM_NS)
         s->backoff_s = 1;
@@ -365,6 +366,13 @@ static void handle_reply(struct dx_scip_session *s, uint64_t now_ns)
     }
 }
 
+static uint64_t flush_deadline(const struct dx_scip_session *s)
+{
+    uint64_t noise = s->sent_ns + DX_SCIP_NOISE;
+
+    return s->quiet_ns < noise ? s->quiet_ns : noise;
+}
+
 size_t dx_scip_session_feed(struct dx_scip_session *s, const uint8_t *bytes, size_t len,
                             uint64_t now_ns)
 {
@@ -373,7 +381,7 @@ size_t dx_scip_session_feed(struct dx_scip_session *s, const uint8_t *bytes, siz
     s->scan_ready = false;
     if (s->state == DX_SCIP_FLUSH && len) {
         s->quiet_ns = now_ns + DX_SCIP_SILENCE;
-        s->deadline_ns = s->quiet_ns;
+        s->deadline_ns = flush_deadline(s);
     }
     while (used < len && !s->scan_ready) {
         used += dx_scip_lines_feed(&s->lines, bytes + used, len - used);
@@ -383,14 +391,14 @@ size_t dx_scip_session_feed(struct dx_scip_session *s, const uint8_t *bytes, siz
     return used;
 }
 
-/* FLUSH: it is silent, or it never will be. */
+/* FLUSH: it is silent, or it still talks: then it has not heard QT. */
 static void end_flush(struct dx_scip_session *s, uint64_t now_ns)
 {
-    if (now_ns < s->quiet_ns && now_ns - s->sent_ns < 3 * DX_SCIP_S) {
-        s->deadline_ns = s->quiet_ns;
-        return;
-    }
-    if (now_ns < s->quiet_ns || (!s->saw_qt && s->tries + 1 < DX_SCIP_TRIES))
+    bool silent = now_ns >= s->quiet_ns;
+
+    if (!silent && now_ns - s->sent_ns < DX_SCIP_NOISE)
+        s->deadline_ns = flush_deadline(s);
+    else if (!silent || (!s->saw_qt && s->tries + 1 < DX_SCIP_TRIES))
         try_again(s, now_ns);
     else
         dx_scip_enter(s, !s->saw_qt || s->is_old ? DX_SCIP_SCIP2 : DX_SCIP_VV, now_ns);

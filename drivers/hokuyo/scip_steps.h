@@ -9,8 +9,9 @@
 
 #define DX_SCIP_S            1000000000ull
 #define DX_SCIP_SILENCE      (150 * DX_SCIP_S / 1000)
-#define DX_SCIP_TRIES        3  /* of a command */
-#define DX_SCIP_N_TIMES      16 /* exchanges of TM1 */
+#define DX_SCIP_NOISE        (500 * DX_SCIP_S / 1000) /* QT again, when it does not end by then */
+#define DX_SCIP_TRIES        3                        /* of a command */
+#define DX_SCIP_N_TIMES      16                       /* exchanges of TM1 */
 #define DX_SCIP_NO_STAMP     UINT32_MAX
 #define DX_SCIP_STATUS(a, b) (uint16_t)((a) << 8 | (b))
 
