@@ -10,6 +10,7 @@
 #include "core/grid/terrain.h"
 #include "drivers/file/file.h"
 #include "drivers/hokuyo/hokuyo.h"
+#include "drivers/rig.h"
 #include "drivers/synth/synth.h"
 
 #include <stdio.h>
@@ -36,6 +37,7 @@ struct dx_stream_config {
         struct dx_synth_config synthetic;
         struct dx_hokuyo_config hokuyo;
     } source; /* its address is what the driver's open() takes */
+    struct dx_rig_config gpio; /* of devices */
     struct dx_record_config record;
     uint32_t commit_ms;
     struct dx_terrain_params mesh;

@@ -26,6 +26,7 @@ struct dx_reader_device {
     const struct dx_driver *driver;
     const void *config;
     struct dx_mailbox *mailbox;
+    struct dx_rig *rig; /* NULL: none */
     struct dx_life life;
     int fd; /* eventfd that ends a wait */
     atomic_bool poked;
@@ -84,6 +85,11 @@ void dx_reader_device_free(struct dx_reader_device *d)
         close(d->fd);
     pthread_mutex_destroy(&d->lock);
     free(d);
+}
+
+void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig)
+{
+    d->rig = rig;
 }
 
 /* ---- other threads ---------------------------------------------------------------------------
