@@ -74,6 +74,9 @@ void dx_rig_close(struct dx_rig *rig);
 /* The source measures, or does not: the laser may be on while it does. Starts the pairing anew. */
 void dx_rig_run(struct dx_rig *rig, bool runs);
 
+/* The stream ends: as run(false), and for good. */
+void dx_rig_end(struct dx_rig *rig);
+
 enum dx_rig_show {
     DX_RIG_OFF = 0,
     DX_RIG_WAITING,  /* for the device */
@@ -86,6 +89,9 @@ void dx_rig_show(struct dx_rig *rig, enum dx_rig_show show);
 
 /* NULL: the rig has none. As long as the rig. */
 const struct dx_interlock *dx_rig_interlock(const struct dx_rig *rig);
+
+/* Is there a trigger line for frames? */
+bool dx_rig_pairs(const struct dx_rig *rig);
 
 /* The time (CLOCK_MONOTONIC) of the trigger edge of a frame that came at `arrival_ns`, behind
  * `n_missed` frames that never came. False: there is no trigger line, or no edge for it. */

@@ -87,14 +87,25 @@ static size_t descriptors(void *ctx, int fds[DX_GPIO_MAX_LINES])
 /* ---- for others
  * --------------------------------------------------------------------------------- */
 
-void dx_rig_run(struct dx_rig *r, bool runs)
+static void set_runs(struct dx_rig *r, bool runs, bool ends)
 {
     pthread_mutex_lock(&r->mutex);
-    r->runs = runs;
+    r->has_ended |= ends;
+    r->runs = runs && !r->has_ended;
     r->n_unpaired_now = 0;
     dx_trigger_queue_restart(&r->queue);
     pthread_mutex_unlock(&r->mutex);
     dx_line_thread_wake(&r->thread);
+}
+
+void dx_rig_run(struct dx_rig *r, bool runs)
+{
+    set_runs(r, runs, false);
+}
+
+void dx_rig_end(struct dx_rig *r)
+{
+    set_runs(r, false, true);
 }
 
 void dx_rig_show(struct dx_rig *r, enum dx_rig_show show)
@@ -105,11 +116,16 @@ void dx_rig_show(struct dx_rig *r, enum dx_rig_show show)
     dx_line_thread_wake(&r->thread);
 }
 
+bool dx_rig_pairs(const struct dx_rig *r)
+{
+    return dx_gpio_where_given(r->config->trigger_in.line);
+}
+
 bool dx_rig_frame(struct dx_rig *r, uint64_t arrival_ns, uint64_t n_missed, uint64_t *edge_ns)
 {
     bool is_paired = false;
 
-    if (!dx_gpio_where_given(r->config->trigger_in.line))
+    if (!dx_rig_pairs(r))
         return false;
     pthread_mutex_lock(&r->mutex);
     is_paired = dx_trigger_queue_frame(&r->queue, arrival_ns, n_missed, edge_ns);

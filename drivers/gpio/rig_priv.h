@@ -43,7 +43,7 @@ struct dx_rig {
     struct dx_interlock_guard guard;
     struct dx_trigger_queue queue;
     struct dx_pps pps;
-    bool runs, has_lines, is_laser_on;
+    bool runs, has_ended, has_lines, is_laser_on;
     enum dx_rig_show show;
     uint64_t n_triggers, n_unpaired_now; /* frames in a row without an edge */
     struct dx_err err;                   /* why the lines are not ours */

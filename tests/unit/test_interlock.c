@@ -216,6 +216,27 @@ static void ends_dark(void **state)
     assert_false(dx_gpio_script_is_open(script));
 }
 
+/* A reader that does not come back may still say that it runs. */
+static void ends_for_good(void **state)
+{
+    struct dx_rig_status status;
+
+    (void)state;
+    open_it();
+    dx_rig_run(rig, true);
+    await_level(LASER, true);
+    dx_rig_end(rig);
+    await_level(LASER, false);
+    dx_rig_run(rig, true);
+    stop(true);
+    await_open(true);
+    stop(false);
+    await_open(false); /* the rig's thread has been around */
+    dx_rig_tell(rig, &status);
+    assert_false(status.is_laser_on);
+    assert_false(dx_gpio_script_level(script, LASER));
+}
+
 static void lines_that_go_open_it(void **state)
 {
     struct dx_interlock_state s;
@@ -364,6 +385,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(sees_a_lost_edge, setup, teardown),
         cmocka_unit_test_setup_teardown(stays_off_until_rearmed, setup, teardown),
         cmocka_unit_test_setup_teardown(ends_dark, setup, teardown),
+        cmocka_unit_test_setup_teardown(ends_for_good, setup, teardown),
         cmocka_unit_test_setup_teardown(lines_that_go_open_it, setup, teardown),
         cmocka_unit_test_setup_teardown(lines_that_are_not_there_open_it, setup, teardown),
         cmocka_unit_test_setup_teardown(beats, setup, teardown),
