@@ -128,7 +128,7 @@ static int check_stream(const struct check *c, uint32_t n)
     if (s->wait > c->config->max_clients) {
         snprintf(text, sizeof(text), "found %u, expected at most max_clients, which is %u", s->wait,
                  c->config->max_clients);
-        return fail_stream(c, n, "file.wait", text);
+        return fail_stream(c, n, strcmp(s->driver, "file") ? "synthetic.wait" : "file.wait", text);
     }
     r = check_record(c, n);
     if (!r)

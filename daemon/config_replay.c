@@ -4,7 +4,7 @@
  */
 #include "daemon/config_parse.h"
 
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 
 #include <errno.h>
 #include <string.h>
@@ -54,7 +54,7 @@ static void set_recorded(struct dx_stream_config *stream)
     size_t len;
 
     if (!dx_playlist_wants(stream->source.file.path) ||
-        dx_playlist_new(&list, stream->source.file.path, NULL) != 0)
+        dx_playlist_new(&list, stream->source.file.path, NULL, NULL) != 0)
         return;
     text = dx_playlist_config(list, &len);
     if (dx_config_parse(&recorded, DX_RECORDING_CONFIG, text, len, NULL) == 0) {

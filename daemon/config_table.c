@@ -276,6 +276,8 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Frames until the stream ends.\n0: it does not."},
     {"streams[].synthetic.loop", DX_CONFIG_BOOL, STREAM(source.synthetic.loop), .preset = "no",
      .help = "After the last frame start again with the first."},
+    {"streams[].synthetic.wait", DX_CONFIG_UINT, STREAM(wait), .min = 0, .max = 4096, .preset = "0",
+     .help = "Start when so many have subscribed."},
     {"streams[].synthetic.rate", DX_CONFIG_NUMBER, STREAM(source.synthetic.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as simulated, as fast as possible, or so many times faster."},
@@ -297,6 +299,10 @@ const struct dx_config_key dx_config_keys[] = {
              "Several files are the frames of a sequence, in the order of their names.\n"
              "Recordings of dexeld (MCAP) are decoded as their own configuration says; of the keys here,\n"
              "rate, loop, lossless and wait count for them."},
+    {"streams[].file.topic", DX_CONFIG_PATH, STREAM(source.file.topic), .min = 0, .max = 1024,
+     .preset = "",
+     .help = "Of MCAP files of other programs: the topic of the clouds, sensor_msgs/msg/PointCloud2 with\n"
+             "rows and columns.\nEmpty: the only one."},
     {"streams[].file.rate", DX_CONFIG_NUMBER, STREAM(source.file.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as recorded, as fast as possible, or so many times faster."},

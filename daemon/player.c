@@ -2,7 +2,8 @@
 #include "daemon/player.h"
 
 #include "daemon/config.h"
-#include "daemon/playlist.h"
+#include "daemon/log.h"
+#include "drivers/file/playlist.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
@@ -99,6 +100,11 @@ static int set_stretch(struct dx_device *dev, const struct dx_file_config *c, st
     return 0;
 }
 
+static void tell(const char *text)
+{
+    dx_log_warning("replay", "%s", text);
+}
+
 static int player_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
@@ -116,7 +122,7 @@ static int player_open(struct dx_device **out, const void *config, struct dx_err
     if (rc)
         dx_err_set(err, rc, "%s: cannot set up pacing: %s", c->path, strerror(-rc));
     else
-        rc = dx_playlist_new(&dev->list, c->path, err);
+        rc = dx_playlist_new(&dev->list, c->path, tell, err);
     if (rc == 0)
         rc = set_stretch(dev, c, err);
     if (rc == 0)

@@ -209,13 +209,12 @@ static int take_blocks(struct dx_stream_reader *r, struct dx_err *err)
     int result = 0;
 
     while ((result == 0 || result == DX_DRIVER_E_AGAIN) && !stopped(r)) {
+        bool starts_frame = r->frame_ended;
         struct dx_block block;
-        bool starts_frame;
 
         result = read_block(r, &block, err);
         if (result != 0)
             continue;
-        starts_frame = r->frame_ended;
         decode(r, &block);
         if (r->recorder) /* after the mesher has it: the mesh does not wait for the copy */
             dx_recorder_feed(r->recorder, &block, starts_frame);

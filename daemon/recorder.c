@@ -11,7 +11,7 @@
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/resource.h>
+#include <string.h>
 
 #define SECOND_NS 1000000000u
 #define RETRY_NS  250000000u
@@ -223,14 +223,13 @@ static void wind_up(struct dx_recorder *r)
     r->config.store.close(r->config.store.ctx);
 }
 
-/* The ring has seconds of room, and a frame is late at once: where processors are short, the frame
- * path goes first. Either may be refused, and then it is not so. */
+/* The ring has seconds of room, and a frame is late at once: a post does not interrupt the reader
+ * (nor whoever else runs). Where it is refused, it is not so. */
 static void give_way(void)
 {
     const struct sched_param none = {0};
 
-    (void)sched_setscheduler(0, SCHED_BATCH, &none); /* a post does not interrupt the reader */
-    (void)setpriority(PRIO_PROCESS, 0, 5);           /* of this thread alone */
+    (void)sched_setscheduler(0, SCHED_BATCH, &none);
 }
 
 void dx_recorder_run(struct dx_recorder *r)

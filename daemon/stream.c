@@ -6,7 +6,7 @@
 #include "daemon/mailbox.h"
 #include "daemon/mesher.h"
 #include "daemon/player.h"
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 #include "daemon/reader.h"
 #include "daemon/record_files.h"
 

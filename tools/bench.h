@@ -9,6 +9,8 @@
 
 #define DX_BENCH_MAX_ROUNDS 101
 
+/* Of a frame: what dx_bench_stages may be told to measure alone. NULL-terminated. */
+extern const char *const dx_bench_stage_names[];
 int dx_bench_stages(int argc, char **argv);
 int dx_bench_rules(int argc, char **argv);
 int dx_bench_update(int argc, char **argv);

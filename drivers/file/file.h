@@ -11,9 +11,10 @@
 #include "core/grid/represent.h"
 
 struct dx_file_config {
-    const char *path; /* file, directory or glob */
-    double rate;      /* 1 real time, N times; 0 = max */
-    double fps;       /* frames a second where the files carry no time; 0 = 10 */
+    const char *path;  /* file, directory or glob */
+    const char *topic; /* of clouds in MCAP files of other programs; NULL, "": the only one */
+    double rate;       /* 1 real time, N times; 0 = max */
+    double fps;        /* frames a second where the files carry no time; 0 = 10 */
     bool loop;
     double start_s, end_s; /* of recordings: the stretch that is played; end_s 0: to the end */
     bool restamp;          /* of recordings: device stamps tell when they are played */

@@ -4,7 +4,7 @@
 #include "daemon/config.h"
 #include "daemon/log.h"
 #include "daemon/player.h"
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 #include "daemon/record_files.h"
 #include "daemon/recorder.h"
 
