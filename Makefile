@@ -141,6 +141,8 @@ UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)
 $(B)/obj/tests/unit/mock_usb.o: override CFLAGS += $(UMOCKDEV_CFLAGS)
 $(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
+$(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
+$(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
 UMOCK := $(addprefix $(B)/tests/,test_udev test_presence)
 UMOCK += $(B)/tests/test_gpio_kernel
