@@ -94,6 +94,11 @@ void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig)
     d->rig = rig;
 }
 
+struct dx_rig *dx_reader_device_lines(struct dx_reader_device *d)
+{
+    return d->rig;
+}
+
 /* ---- other threads ---------------------------------------------------------------------------
  */
 

@@ -32,6 +32,8 @@ void dx_reader_device_free(struct dx_reader_device *d); /* closed by then */
 /* Before the first turn: the GPIO lines of the stream, borrowed. It is told when the device is open
  * and how the stream is, and gives frames the stamps of their triggers. */
 void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig);
+/* Any thread; NULL: it has none. */
+struct dx_rig *dx_reader_device_lines(struct dx_reader_device *d);
 
 /* The next turn: opens, reads or waits. 0: a block, numbered over all stays; AGAIN: none, ask
  * whether to stop. There is no end and no error. */
