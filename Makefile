@@ -41,9 +41,12 @@ ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 # Loops of their own file for an instruction set (core/rows/rows.h).
 NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
 
+# Which libgpiod there is: the other one's back end is left out (drivers/gpio/gpio_port.h).
+NOT_HERE += $(if $(filter 1.%,$(shell pkg-config --modversion libgpiod 2>/dev/null)),drivers/gpio/gpio_libgpiod2.c,drivers/gpio/gpio_libgpiod1.c)
+
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
-DRIVERS_SRC := $(wildcard drivers/*.c drivers/*/*.c)
+DRIVERS_SRC := $(filter-out $(NOT_HERE),$(wildcard drivers/*.c drivers/*/*.c))
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
 TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
@@ -142,7 +145,7 @@ $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
-UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors)
+UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_gpio_kernel)
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
 $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 # tests/unit/v4l2_kernel.h
