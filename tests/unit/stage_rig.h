@@ -31,6 +31,7 @@ struct watch {
     uint32_t n_cols[MAX_FRAMES];
     const double *room;
     bool closing;
+    bool between; /* the part before ended a frame */
 };
 
 static inline int on_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
@@ -131,6 +132,7 @@ static inline void on_deliver(void *ctx, const struct dx_frame_part *part)
     }
     w->n_columns += part->n_cols;
     w->n_parts++;
+    w->between = part->last;
     if (part->last)
         end_frame(w);
 }
@@ -193,6 +195,7 @@ static inline int scan_with(struct rig *r, const struct dx_angle_sample *angle, 
                            .range = range,
                            .angle = angle,
                            .n_angles = n_angles};
+    uint32_t n_ended = r->watch.n_ended;
     int result;
 
     for (uint32_t i = 0; i < r->shape.n; i++) {
@@ -202,6 +205,8 @@ static inline int scan_with(struct rig *r, const struct dx_angle_sample *angle, 
         range[i] = (uint32_t)rint(scip_sim_range(&r->sim, a, psi) * 1000);
     }
     result = dx_stage_put(r->stage, &line, &r->sink);
+    if (r->watch.n_ended > n_ended) /* a recording may begin behind it */
+        assert_true(r->watch.between);
     r->now += PERIOD_NS;
     return result;
 }
