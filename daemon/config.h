@@ -10,8 +10,10 @@
 #include "core/grid/terrain.h"
 #include "drivers/file/file.h"
 #include "drivers/hokuyo/hokuyo.h"
+#include "drivers/kinect/kinect.h"
 #include "drivers/rig.h"
 #include "drivers/synth/synth.h"
+#include "drivers/v4l2/v4l2.h"
 
 #include <stdio.h>
 
@@ -31,11 +33,13 @@ struct dx_record_config {
 
 struct dx_stream_config {
     char *name;
-    const char *driver; /* for dx_driver_find(): "file", "synthetic" */
+    const char *driver; /* for dx_driver_find(): "file", "synthetic" ... */
     union {
         struct dx_file_config file;
         struct dx_synth_config synthetic;
+        struct dx_v4l2_config v4l2;
         struct dx_hokuyo_config hokuyo;
+        struct dx_kinect_config kinect;
     } source; /* its address is what the driver's open() takes */
     struct dx_rig_config gpio; /* of devices */
     struct dx_record_config record;
