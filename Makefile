@@ -52,7 +52,7 @@ DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
 TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
 UNIT_SRC := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/*.c)
-SIM_SRC := $(wildcard tests/hil/*_sim.c)
+SIM_SRC := tests/hil/scip_sim.c
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
