@@ -223,7 +223,7 @@ static int wait_for(struct dx_v4l2_stream *s, short *events, struct dx_err *err)
     return 0;
 }
 
-int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+static int read_or_fail(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
 {
     short events = 0;
     int r = 0;
@@ -244,4 +244,12 @@ int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct
     if (events & POLLIN)
         return take_frame(s, block, err);
     return events & (POLLERR | POLLNVAL) ? poll_failed(s, err) : DX_DRIVER_E_AGAIN;
+}
+
+int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+{
+    int r = read_or_fail(s, block, err);
+
+    s->gone |= r == DX_DRIVER_E_GONE;
+    return r;
 }

@@ -75,7 +75,9 @@ static struct kernel {
     /* the script */
     enum kernel_step script[64];
     unsigned at, n_polls;
-    int timeout_ms; /* of the last poll */
+    int timeout_ms;                       /* of the last poll */
+    unsigned n_pauses, pauses_to_removal; /* after so many `removed` leaves sysfs; 0: never */
+    const char *removed;
 
     /* what was asked */
     struct v4l2_format asked;
@@ -367,6 +369,11 @@ static short kernel_poll(void)
 
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
 {
+    if (n == 0) { /* a pause */
+        if (++kernel.n_pauses == kernel.pauses_to_removal)
+            umockdev_testbed_remove_device(kernel.bed, kernel.removed);
+        return 0;
+    }
     if (n != 2 || !(fd[0].events & POLLPRI))
         return __real_poll(fd, n, timeout_ms);
     kernel.n_polls++;
