@@ -110,8 +110,10 @@ static int v4l2_open(struct dx_device **out, const void *config, struct dx_err *
     if (r)
         return r;
     r = dx_v4l2_find(&d, config, err);
-    if (r == 0)
+    if (r == 0) {
+        set_parent(dev, d.syspath);
         r = dx_v4l2_stream_open(&dev->stream, d.node, err);
+    }
     if (r == 0) /* what the lens cannot show is told now, not at each frame */
         r = dx_v4l2_decoder_fit(&dev->decoder, &dev->stream.capture.shape, err);
     if (r) {
@@ -120,7 +122,6 @@ static int v4l2_open(struct dx_device **out, const void *config, struct dx_err *
     }
     snprintf(dev->serial, sizeof(dev->serial), "%s", d.serial);
     snprintf(dev->place, sizeof(dev->place), "%s", d.place);
-    set_parent(dev, d.syspath);
     *out = dev;
     return 0;
 }

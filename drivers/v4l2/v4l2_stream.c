@@ -30,7 +30,10 @@ int dx_v4l2_stream_open(struct dx_v4l2_stream *s, const char *node, struct dx_er
 {
     int r = dx_v4l2_capture_open(&s->capture, node, err);
 
-    return r ? r : dx_v4l2_capture_prepare(&s->capture, &s->config, err);
+    if (r == 0)
+        r = dx_v4l2_capture_prepare(&s->capture, &s->config, err);
+    s->gone = r == DX_DRIVER_E_GONE;
+    return r;
 }
 
 void dx_v4l2_stream_close(struct dx_v4l2_stream *s)
@@ -47,6 +50,7 @@ int dx_v4l2_stream_start(struct dx_v4l2_stream *s, struct dx_err *err)
     int r = dx_v4l2_capture_on(&s->capture, err);
 
     s->on = r == 0;
+    s->gone |= r == DX_DRIVER_E_GONE;
     s->held = -1;
     s->counts = false;
     s->poll_failed = false;
