@@ -11,6 +11,7 @@
 #include "drivers/file/file.h"
 #include "drivers/kinect/kinect.h"
 #include "drivers/synth/synth.h"
+#include "drivers/v4l2/v4l2.h"
 
 #include <stdio.h>
 
@@ -30,10 +31,11 @@ struct dx_record_config {
 
 struct dx_stream_config {
     char *name;
-    const char *driver; /* for dx_driver_find(): "file", "synthetic" */
+    const char *driver; /* for dx_driver_find(): "file", "synthetic" ... */
     union {
         struct dx_file_config file;
         struct dx_synth_config synthetic;
+        struct dx_v4l2_config v4l2;
         struct dx_kinect_config kinect;
     } source; /* its address is what the driver's open() takes */
     struct dx_record_config record;
@@ -66,10 +68,12 @@ int dx_config_parse(struct dx_config *config, const char *file, const void *byte
                     struct dx_err *err);
 void dx_config_fini(struct dx_config *config);
 
-/* The words of `dexeld --replay PATH [--rate RATE] [--loop] [--wait N] --socket SOCKET`. */
+/* The words of `dexeld --replay PATH [--rate RATE] [--loop] [--wait N] [--start S] [--end S]
+ * [--stamps WORD] --socket SOCKET`. */
 struct dx_config_replay {
     const char *path, *socket;
     const char *rate, *wait; /* NULL: not given. Default real; 0, at rate max 1 */
+    const char *start, *end, *stamps;
     bool loop;
 };
 

@@ -101,7 +101,7 @@ struct dx_driver {
     const char *name; /* the key in the configuration: "file", "synthetic" */
 
     /* Of drivers of devices: where sd-device tells that one has come or gone ("video4linux",
-     * "usb"), ends with NULL. NULL: no device. */
+     * "usb"), ends with NULL; empty for those on the network. NULL: no device. */
     const char *const *subsystems;
 
     /* Opens what `config` (the driver's own struct) names; reads no frame yet. Of devices: GONE
@@ -146,6 +146,9 @@ struct dx_driver {
     /* One line for people ("pump.ptx.gz: 1 frame, spinning 345x1074, rms 0.02 dexel"). */
     void (*describe)(struct dx_device *dev, char *text, size_t len);
 };
+
+/* The udev rule that grants the opening of a device's node, for people. */
+void dx_device_rule(const char *node, char *text, size_t len);
 
 /* Drivers of this build: NULL-terminated. */
 extern const struct dx_driver *const dx_drivers[];

@@ -23,6 +23,7 @@
 #define DX_RECORDING_MAX_SOURCE    4128                /* of a source's name */
 
 #define DX_RECORDING_STARTS_FRAME  0x1u /* the block before it ended a frame, or there was none */
+#define DX_RECORDING_FIRST         0x2u /* of a stay of the device: dx_block.first */
 
 /* A message: `len` bytes at `offset` of a block of `block_len`. */
 struct dx_recording_piece {
@@ -36,6 +37,9 @@ struct dx_recording_piece {
     size_t len;
 };
 
+/* The piece of a block that begins at `offset`, as long as it may be. */
+struct dx_recording_piece dx_recording_piece_of(const struct dx_block *block, bool starts_frame,
+                                                size_t offset);
 size_t dx_recording_piece_len(const struct dx_recording_piece *p);
 /* Room of dx_recording_piece_len(). */
 void dx_recording_put_piece(uint8_t *out, const struct dx_recording_piece *p);

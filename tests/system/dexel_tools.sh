@@ -31,6 +31,11 @@ for options in '--encoding f32' '--encoding q16' '--encoding delta' '--threads 1
   [ "$(digest)" = "$last" ] || fail "another mesh with $options"
 done
 
+expect 0 "$dexel" devices
+expect 0 "$dexel" devices --json
+grep -q '^{"devices":\[.*\]}$' out || fail 'devices --json is no object'
+expect 2 "$dexel" devices more
+
 start_dexeld --replay seq --rate max --wait 1 --socket "$run/mesh.sock" || exit 1
 expect 0 "$dexel" cat --socket mesh.sock --lossless --encoding q16 --every -o every-%06d.ply --stats
 [ "$(digest)" = "$last" ] || fail 'lossless cat ends with another mesh'
@@ -72,6 +77,18 @@ expect 2 "$dexel" render last.ply -o x.png --frame 3
 says "dexel render: --frame: found the mesh 'last.ply', expected a scan"
 [ ! -e x.png ] || fail 'render wrote a picture all the same'
 expect 2 "$dexel" nothing
+for options in '--exact --encoding q16' '--exact --encoding delta' '--lod 2 --encoding q16' '--stride 4 --encoding delta'; do
+  # shellcheck disable=SC2086 # words
+  expect 2 "$dexel" mesh seq --stats $options
+  says "dexel mesh: --encoding: found '"
+done
+for options in '--lod 2 --encoding q16' '--encoding delta --stride 4'; do
+  # shellcheck disable=SC2086 # words
+  expect 2 "$dexel" cat --socket mesh.sock $options
+  says "dexel cat: --encoding: found '"
+done
+expect 2 "$dexel" bench nope
+says "found 'nope', expected a benchmark (rules|update|lod|live|record|paper|quality) or stages of a frame (publish|"
 expect 1 "$dexel" mesh none.ptx --stats
 expect 1 "$dexel" mesh seq --frame 4 --stats
 says 'seq: found 4 frames, expected one of number 4'
