@@ -41,20 +41,25 @@ ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 # Loops of their own file for an instruction set (core/rows/rows.h).
 NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
 
+# Which libgpiod there is: the other one's back end is left out (drivers/gpio/gpio_port.h).
+NOT_HERE += $(if $(filter 1.%,$(shell pkg-config --modversion libgpiod 2>/dev/null)),drivers/gpio/gpio_libgpiod2.c,drivers/gpio/gpio_libgpiod1.c)
+
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
-DRIVERS_SRC := $(wildcard drivers/*.c drivers/*/*.c)
+DRIVERS_SRC := $(filter-out $(NOT_HERE),$(wildcard drivers/*.c drivers/*/*.c))
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
 TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
 UNIT_SRC := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/*.c)
+SIM_SRC := $(wildcard tests/hil/*_sim.c)
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
 UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
-SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC))
+SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
+          $(patsubst tests/hil/%.c,$(B)/tests/%,$(SIM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-live bench-peers \
@@ -93,7 +98,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(SIM_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
@@ -131,21 +136,31 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
+# Tests on devices of umockdev. Objects that a test depends on are linked to it.
+UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
+UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)
+$(B)/obj/tests/unit/mock_usb.o: override CFLAGS += $(UMOCKDEV_CFLAGS)
+$(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
+$(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
+$(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
+$(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
-UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_usb_port)
+UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_gpio_kernel)
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
 $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 # tests/unit/v4l2_kernel.h
 $(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=open,--wrap=clock_gettime
-# Objects that a test depends on are linked to it.
-$(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lcmocka
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka
 $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+# Simulated devices, usable by hand.
+$(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
 

@@ -5,6 +5,7 @@
 #include "daemon/config_parse.h"
 
 #include "daemon/record_files.h"
+#include "drivers/driver.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -72,6 +73,36 @@ static int check_v4l2(const struct check *c, uint32_t n)
     return 0;
 }
 
+static int check_hokuyo(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const struct dx_hokuyo_config *h = &s->source.hokuyo;
+    const char *why;
+
+    if (strcmp(s->driver, "hokuyo"))
+        return 0;
+    why = dx_hokuyo_check(h);
+    if (why)
+        return fail_stream(c, n, "hokuyo", why);
+    why = h->stage.exact ? dx_terrain_params_check_exact(&s->mesh) : NULL;
+    return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : 0;
+}
+
+static int check_gpio(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const struct dx_driver *driver = dx_driver_find(s->driver);
+    const char *key = "", *why = dx_rig_check(&s->gpio, &key);
+    char path[64];
+
+    if (!dx_rig_is_wanted(&s->gpio))
+        return 0;
+    if (!driver || !driver->subsystems)
+        return fail_stream(c, n, "gpio", "found lines, which need a driver of a device");
+    snprintf(path, sizeof(path), "gpio.%s", key);
+    return why ? fail_stream(c, n, path, why) : 0;
+}
+
 static int check_record(const struct check *c, uint32_t n)
 {
     const struct dx_record_config *r = &c->config->streams[n].record;
@@ -115,6 +146,10 @@ static int check_stream(const struct check *c, uint32_t n)
     r = check_record(c, n);
     if (!r && !strcmp(s->driver, "v4l2"))
         r = check_v4l2(c, n);
+    if (!r)
+        r = check_hokuyo(c, n);
+    if (!r)
+        r = check_gpio(c, n);
     return r ? r : check_exact(c, n);
 }
 

@@ -26,6 +26,10 @@ struct mock_usb_device {
 
 struct mock_usb;
 
+/* Starts the program anew under umockdev's wrapper when it does not run there; ends it with 77 when
+ * there is none. First in main(). */
+void mock_usb_wrap(char **argv);
+
 /* At bus 1, address 2, port "1-1". */
 struct mock_usb *mock_usb_new(const struct mock_usb_device *device);
 void mock_usb_free(struct mock_usb *mock);

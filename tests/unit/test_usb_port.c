@@ -410,7 +410,7 @@ static void an_unplug_is_gone_and_leaves_nothing_open(void **state)
     }
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(chooses_by_id_serial_and_port, setup, teardown),
@@ -424,5 +424,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(an_unplug_is_gone_and_leaves_nothing_open, setup, teardown),
     };
 
+    (void)argc;
+    mock_usb_wrap(argv);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
