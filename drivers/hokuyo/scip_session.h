@@ -46,7 +46,7 @@ struct dx_scip_want {
 struct dx_scip_request {
     uint16_t first, last;
     uint8_t cluster, skip;
-    char command[20]; /* "MD0000108001000" */
+    char command[24]; /* "MD0000108001000" */
 };
 
 struct dx_scip_counts {

@@ -6,6 +6,6 @@ for build in 'gcc -O0' 'clang -O0' 'clang -O3'; do
   set -- $build
   command -v "$1" >/dev/null || { echo "$1 is not there"; exit 77; }
   alt=build/alt/$1$2
-  make --no-print-directory B="$alt" CC="$1" OPT="$2" SAN= "$alt/bin/dexel"
+  make --no-print-directory -j"$(nproc)" B="$alt" CC="$1" OPT="$2" SAN= "$alt/bin/dexel"
   B=$alt sh tests/replay/scenes.sh
 done

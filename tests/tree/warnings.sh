@@ -14,7 +14,7 @@ bad=0
 for cc in gcc clang; do
   command -v $cc >/dev/null || { echo "no $cc"; exit 77; }
   # shellcheck disable=SC2086 # lists of words
-  $cc $flags $defines $packages -Werror -fsyntax-only $sources || bad=1
+  echo $sources | xargs -n 32 -P "$(nproc)" $cc $flags $defines $packages -Werror -fsyntax-only || bad=1
   case $($cc -dumpmachine) in
     x86_64*) $cc $flags $defines -march=x86-64-v4 -Werror -fsyntax-only $sets || bad=1 ;;
   esac
