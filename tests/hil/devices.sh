@@ -1,0 +1,49 @@
+# Sourced by tests in the guest: kernel devices, made and waited for.
+
+wrong() { echo "$1"; exit 1; }
+
+# await SECONDS COMMAND...: until COMMAND succeeds; looks again ten times a second
+await() {
+  tries=$(($1 * 10))
+  shift
+  until "$@" >/dev/null 2>&1; do
+    tries=$((tries - 1))
+    [ $tries -gt 0 ] || wrong "waited in vain: $*"
+    sleep 0.1
+  done
+}
+
+# video_of NAME: prints the node of the first V4L2 device whose name begins so
+video_of() {
+  for d in /sys/class/video4linux/video*; do
+    case $(cat "$d/name" 2>/dev/null) in "$1"*) echo "/dev/${d##*/}"; return ;; esac
+  done
+  return 1
+}
+
+# load_vivid: one capture device; its node is $video
+load_vivid() {
+  modprobe vivid n_devs=1 node_types=0x1
+  udevadm settle
+  video=$(video_of vivid) || wrong "no node of vivid"
+}
+
+# load_gpio_sim: eight lines, the third named encoder-index; the chip is $chip, and `pull LINE up|down` drives it
+load_gpio_sim() {
+  modprobe gpio-sim
+  sim=/sys/kernel/config/gpio-sim/dexel
+  mkdir -p $sim/bank/line2
+  echo 8 >$sim/bank/num_lines
+  echo dexel-sim >$sim/bank/label
+  echo encoder-index >$sim/bank/line2/name
+  echo 1 >$sim/live
+  udevadm settle
+  chip=$(cat $sim/bank/chip_name)
+  lines=/sys/devices/platform/$(cat $sim/dev_name)/$chip
+}
+pull() { echo "pull-$2" >"$lines/sim_gpio$1/pull"; }
+unload_gpio_sim() {
+  echo 0 >$sim/live
+  rmdir $sim/bank/line2 $sim/bank $sim
+  rmmod gpio-sim
+}
