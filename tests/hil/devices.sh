@@ -47,3 +47,28 @@ unload_gpio_sim() {
   rmdir $sim/bank/line2 $sim/bank $sim
   rmmod gpio-sim
 }
+
+# camera ORDER: to redir_uvc on the other side; its answer is $answer
+camera() {
+  exec 4<>/dev/ttyS2
+  echo "$1" >&4
+  read -r answer <&4
+  exec 4>&-
+}
+
+# camera_sent N: the camera has sent so many frames since it was plugged in
+camera_sent() {
+  camera count
+  # shellcheck disable=SC2086 # words
+  set -- "$1" $answer
+  [ "$3" -ge "$1" ]
+}
+
+# load_camera: plugs the USB camera in; its node is $video
+load_camera() {
+  [ -e /dev/ttyS2 ] && modprobe xhci-pci && modprobe uvcvideo
+  camera plug
+  await 10 video_of 'Simulated depth'
+  udevadm settle
+  video=$(video_of 'Simulated depth')
+}
