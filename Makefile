@@ -132,6 +132,10 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
+# Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
+UMOCK := $(addprefix $(B)/tests/,test_udev)
+$(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
+$(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka

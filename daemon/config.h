@@ -10,6 +10,7 @@
 #include "core/grid/terrain.h"
 #include "drivers/file/file.h"
 #include "drivers/synth/synth.h"
+#include "drivers/v4l2/v4l2.h"
 
 #include <stdio.h>
 
@@ -29,10 +30,11 @@ struct dx_record_config {
 
 struct dx_stream_config {
     char *name;
-    const char *driver; /* for dx_driver_find(): "file", "synthetic" */
+    const char *driver; /* for dx_driver_find(): "file", "synthetic" ... */
     union {
         struct dx_file_config file;
         struct dx_synth_config synthetic;
+        struct dx_v4l2_config v4l2;
     } source; /* its address is what the driver's open() takes */
     struct dx_record_config record;
     uint32_t commit_ms;

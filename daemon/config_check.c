@@ -59,6 +59,19 @@ static int check_exact(const struct check *c, uint32_t n)
     return why ? fail_stream(c, n, "file.exact", why) : 0;
 }
 
+static int check_v4l2(const struct check *c, uint32_t n)
+{
+    const struct dx_v4l2_config *v = &c->config->streams[n].source.v4l2;
+
+    if (v->max_m > 0 && v->min_m >= v->max_m)
+        return fail_stream(c, n, "v4l2.max_depth", "expected 0, or more than min_depth");
+    if (v->disparity_given && (v->disparity[0] == 0 || v->disparity[2] != 0))
+        return fail_stream(c, n, "v4l2.disparity", "expected [k, d0], k not 0");
+    if (v->format == DX_V4L2_Y10B && v->width % 4)
+        return fail_stream(c, n, "v4l2.size", "Y10B has columns by fours");
+    return 0;
+}
+
 static int check_record(const struct check *c, uint32_t n)
 {
     const struct dx_record_config *r = &c->config->streams[n].record;
@@ -97,6 +110,8 @@ static int check_stream(const struct check *c, uint32_t n)
         return fail_stream(c, n, "file.wait", text);
     }
     r = check_record(c, n);
+    if (!r && !strcmp(s->driver, "v4l2"))
+        r = check_v4l2(c, n);
     return r ? r : check_exact(c, n);
 }
 

@@ -147,6 +147,9 @@ struct dx_driver {
     void (*describe)(struct dx_device *dev, char *text, size_t len);
 };
 
+/* The udev rule that grants the opening of a device's node, for people. */
+void dx_device_rule(const char *node, char *text, size_t len);
+
 /* Drivers of this build: NULL-terminated. */
 extern const struct dx_driver *const dx_drivers[];
 const struct dx_driver *dx_driver_find(const char *name);
