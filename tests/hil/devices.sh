@@ -72,3 +72,32 @@ load_camera() {
   udevadm settle
   video=$(video_of 'Simulated depth')
 }
+
+# depth_stream FORMAT WxH KEYS...: a configuration, $run/dexeld.yaml, with a stream "camera" of the V4L2 driver; the
+# camera's axis meets the middle, its focal length is as many pixels as it is wide. KEYS: "path: /dev/video0"
+depth_stream() {
+  width=${2%x*} height=${2#*x}
+  {
+    echo "socket: $run/mesh.sock"
+    echo "control_socket: $run/control.sock"
+    echo "streams:"
+    echo "  - name: camera"
+    echo "    v4l2:"
+    echo "      format: $1"
+    echo "      size: $2"
+    echo "      fx: $width"
+    shift 2
+    for key in "$@"; do echo "      $key"; done
+  } >"$run/dexeld.yaml"
+}
+
+# depth_expect N [FILE]: a subscriber gets N commits of what the camera shows (depth_check.c)
+depth_expect() {
+  n=$1
+  shift
+  depth_check "$run/mesh.sock" camera "$n" "$width" "$width" "$(half $((width - 1)))" "$(half $((height - 1)))" "$@"
+}
+half() { echo "$(($1 / 2)).$(($1 % 2 * 5))"; }
+
+# status: the service's own words
+status() { dexel status --socket "$run/control.sock" --json; }

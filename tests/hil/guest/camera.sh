@@ -1,18 +1,32 @@
 # A USB depth camera, a program on the other side of the guest, through the kernel's own xhci and uvcvideo: every
-# pixel of every frame; two frames that the camera spoils are left out; unplugged in the middle of one, and
-# plugged again.
+# pixel of every frame, and no frame lost that is not accounted for; two frames that the camera spoils are left
+# out; unplugged in the middle of one, and plugged again.
 # limit: 60
 set -eu
 . tests/hil/devices.sh
 
-load_camera
-video_grab "$video" Z16 640x480 60 | tee /tmp/grabbed
-camera count
-grep -q 'by number 0, by picture 0, damaged 0' /tmp/grabbed || wrong "frames are lost: $answer"
+# grabbed LEAST: what video_grab has printed: at least so many numbers left out by the kernel; pictures left out
+# besides are those that the camera did not send, for nobody fetched them
+grabbed() {
+  cat /tmp/grabbed
+  least=$1
+  # frames N lost N by-picture N damaged N
+  # shellcheck disable=SC2046 # words
+  set -- $(cat /tmp/grabbed)
+  lost=$4 pictures=$6 damaged=$8
+  camera count
+  echo "$answer"
+  missed=${answer##* }
+  [ "$lost" -ge "$least" ] && [ "$damaged" = 0 ] || wrong "expected at least $least lost, none damaged"
+  [ "$pictures" -ge "$lost" ] && [ $((pictures - lost)) -le "$missed" ] || wrong "the camera missed $missed alone"
+}
 
-# the kernel counts a spoiled frame, but does not hand it over
+load_camera
+video_grab "$video" Z16 640x480 60 >/tmp/grabbed
+grabbed 0
 camera unplug
 await 5 test ! -e "$video"
+
 load_camera
 video_grab "$video" Z16 640x480 60 >/tmp/grabbed &
 grab=$!
@@ -21,8 +35,7 @@ camera cut
 await 10 camera_sent 15
 camera bad
 wait $grab
-cat /tmp/grabbed
-grep -q 'by number 2, by picture 2, damaged 0' /tmp/grabbed
+grabbed 2
 
 video_grab "$video" Z16 640x480 1000 2>/tmp/grabbed &
 grab=$!
@@ -34,3 +47,4 @@ await 5 test ! -e "$video"
 load_camera
 video_grab "$video" Z16 640x480 10
 camera unplug
+await 5 test ! -e "$video"

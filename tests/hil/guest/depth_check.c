@@ -110,7 +110,7 @@ static void compare(const struct dexel_commit *c)
         double x = mm * 0.001 * ((double)(i % check.width) - check.cx) / check.fx;
         double y = mm * 0.001 * ((double)(i / check.width) - check.cy) / check.fy;
 
-        if (p[2] != (float)(mm * 0.001) || (mm && (!is_near(p[0], x) || !is_near(p[1], y))))
+        if (p[2] != (float)mm * 0.001f || (mm && (!is_near(p[0], x) || !is_near(p[1], y))))
             die("frame %llu, column %zu, row %zu: %.9g %.9g %.9g, expected %.9g %.9g %.9g",
                 (unsigned long long)c->frame, i % check.width, i / check.width, (double)p[0],
                 (double)p[1], (double)p[2], x, y, mm * 0.001);

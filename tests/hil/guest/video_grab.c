@@ -113,7 +113,7 @@ int main(int argc, char **argv)
         }
         check(video_ioctl(video.fd, VIDIOC_QBUF, &b), "VIDIOC_QBUF");
     }
-    printf("frames %u, lost by number %u, by picture %u, damaged %u\n", n, video.n_gaps,
-           video.n_picture_gaps, video.n_errors);
+    printf("frames %u lost %u by-picture %u damaged %u\n", n, video.n_gaps, video.n_picture_gaps,
+           video.n_errors);
     return 0;
 }
