@@ -49,7 +49,7 @@ TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
 UNIT_SRC := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/*.c)
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
-HIL_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
+GUEST_SRC := $(wildcard tests/hil/redir*.c tests/hil/guest/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
@@ -94,7 +94,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(HIL_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)

@@ -7,7 +7,7 @@ set -eu
 load_camera
 depth_stream auto 640x480 'serial: HIL0001'
 start_dexeld -c "$run/dexeld.yaml"
-depth_expect 30
+depth_expect 10
 status
 stop_dexeld
 camera unplug
