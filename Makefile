@@ -49,7 +49,7 @@ TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
 UNIT_SRC := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/*.c)
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
-GUEST_SRC := $(wildcard tests/hil/redir*.c tests/hil/guest/*.c)
+GUEST_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
@@ -167,7 +167,7 @@ hil-programs: $(HIL_PROGRAMS)
 $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
-$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(B)/obj/tests/hil/redir.o
+$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/orders.c)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ -lusbredirparser
 

@@ -1,21 +1,17 @@
 /*
- * The usbredir side of a simulated USB device (redir.h): a server on a Unix socket that speaks the
- * protocol's "usb-host" side by libusbredirparser. One bulk IN endpoint, 0x81.
+ * The usbredir side of a simulated USB device (redir.h): the protocol's "usb-host", spoken by
+ * libusbredirparser over a connected socket.
  */
-#include "tests/hil/redir.h"
+#include "tests/hil/redir_priv.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 #include <usbredirparser.h>
 
 #define MAX_WAITING 64
-#define ENDPOINT_IN 0x81
 /* usbredir numbers endpoints 0-15 OUT, 16-31 IN */
 #define SLOT(address) (((address)&0x0f) | ((address)&0x80) >> 3)
 
@@ -24,12 +20,11 @@ enum { TYPE_DEVICE = 1, TYPE_CONFIG = 2, TYPE_STRING = 3, TYPE_INTERFACE = 4, TY
 static struct {
     const struct redir_device *device;
     struct usbredirparser *parser;
-    int fd, orders_fd;
+    int fd;
     bool greeted, in;
     uint64_t waiting[MAX_WAITING]; /* ids of bulk IN requests, the oldest first */
     unsigned n_waiting;
-    char line[128];
-    size_t line_len;
+    bool iso_runs;
 } bus;
 
 /* ---- what the library asks for ------------------------------------------------------------ */
@@ -132,6 +127,7 @@ void redir_plug(void)
     usbredirparser_send_device_connect(bus.parser, &connect);
     bus.in = true;
     bus.n_waiting = 0;
+    bus.iso_runs = false;
     bus.device->plugged(true);
 }
 
@@ -142,6 +138,7 @@ void redir_unplug(void)
     usbredirparser_send_device_disconnect(bus.parser);
     bus.in = false;
     bus.n_waiting = 0;
+    bus.iso_runs = false;
     bus.device->plugged(false);
 }
 
@@ -269,7 +266,7 @@ static void on_bulk(void *priv, uint64_t id, struct usb_redir_bulk_packet_header
                     uint8_t *data, int data_len)
 {
     (void)priv, (void)data_len;
-    if (header->endpoint == ENDPOINT_IN && bus.n_waiting < MAX_WAITING) {
+    if (header->endpoint == bus.device->endpoint && bus.n_waiting < MAX_WAITING) {
         bus.waiting[bus.n_waiting++] = id;
     } else {
         header->status = usb_redir_stall;
@@ -288,7 +285,7 @@ static void take_out(unsigned at)
 
 static void on_cancel(void *priv, uint64_t id)
 {
-    struct usb_redir_bulk_packet_header header = {.endpoint = ENDPOINT_IN,
+    struct usb_redir_bulk_packet_header header = {.endpoint = bus.device->endpoint,
                                                   .status = usb_redir_cancelled};
 
     (void)priv;
@@ -309,7 +306,7 @@ unsigned redir_n_waiting(void)
 void redir_bulk_in(const uint8_t *bytes, size_t len)
 {
     struct usb_redir_bulk_packet_header header = {
-        .endpoint = ENDPOINT_IN,
+        .endpoint = bus.device->endpoint,
         .status = usb_redir_success,
         .length = (uint16_t)(len & 0xffff),
         .length_high = (uint16_t)(len >> 16),
@@ -320,7 +317,46 @@ void redir_bulk_in(const uint8_t *bytes, size_t len)
     usbredirparser_send_bulk_packet(bus.parser, id, &header, (uint8_t *)(uintptr_t)bytes, (int)len);
 }
 
-/* ---- the program ---------------------------------------------------------------------------- */
+/* ---- isochronous ------------------------------------------------------------------------------
+ */
+
+static void tell_iso(uint8_t endpoint)
+{
+    struct usb_redir_iso_stream_status_header status = {.status = usb_redir_success,
+                                                        .endpoint = endpoint};
+
+    usbredirparser_send_iso_stream_status(bus.parser, 0, &status);
+}
+
+static void on_start_iso(void *priv, uint64_t id, struct usb_redir_start_iso_stream_header *start)
+{
+    (void)priv, (void)id;
+    bus.iso_runs = start->endpoint == bus.device->endpoint;
+    tell_iso(start->endpoint);
+}
+
+static void on_stop_iso(void *priv, uint64_t id, struct usb_redir_stop_iso_stream_header *stop)
+{
+    (void)priv, (void)id;
+    bus.iso_runs = false;
+    tell_iso(stop->endpoint);
+}
+
+bool redir_iso_runs(void)
+{
+    return bus.iso_runs;
+}
+
+void redir_iso_in(const uint8_t *bytes, size_t len)
+{
+    struct usb_redir_iso_packet_header header = {
+        .endpoint = bus.device->endpoint, .status = usb_redir_success, .length = (uint16_t)len};
+
+    usbredirparser_send_iso_packet(bus.parser, 0, &header, (uint8_t *)(uintptr_t)bytes, (int)len);
+}
+
+/* ---- the connection ---------------------------------------------------------------------------
+ */
 
 static struct usbredirparser *parser_new(void)
 {
@@ -342,6 +378,8 @@ static struct usbredirparser *parser_new(void)
     p->device_disconnect_ack_func = on_nothing;
     p->control_packet_func = on_control;
     p->bulk_packet_func = on_bulk;
+    p->start_iso_stream_func = on_start_iso;
+    p->stop_iso_stream_func = on_stop_iso;
     p->cancel_data_packet_func = on_cancel;
     p->set_configuration_func = on_set_configuration;
     p->get_configuration_func = on_get_configuration;
@@ -352,97 +390,34 @@ static struct usbredirparser *parser_new(void)
     return p;
 }
 
-static int listen_at(const char *path)
+int redir_begin(const struct redir_device *device, int fd)
 {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-
-    if (fd < 0 || strlen(path) >= sizeof(address.sun_path))
-        return -1;
-    memcpy(address.sun_path, path, strlen(path) + 1);
-    unlink(path);
-    if (bind(fd, (struct sockaddr *)&address, sizeof(address)) < 0 || listen(fd, 1) < 0)
-        return -1;
-    return fd;
-}
-
-static void obey(const char *line)
-{
-    char text[128] = "ok";
-
-    fprintf(stderr, "redir: order '%s'\n", line);
-    if (strcmp(line, "plug") == 0)
-        redir_plug();
-    else if (strcmp(line, "unplug") == 0)
-        redir_unplug();
-    else
-        bus.device->order(line, text, sizeof(text));
-    if (dprintf(bus.orders_fd, "%s\n", text) < 0)
-        perror("redir: answer");
-}
-
-static void read_orders(void)
-{
-    char bytes[128];
-    ssize_t n = read(bus.orders_fd, bytes, sizeof(bytes));
-
-    if (n <= 0) {
-        close(bus.orders_fd);
-        bus.orders_fd = -1;
-        return;
-    }
-    for (ssize_t i = 0; i < n; i++) {
-        if (bytes[i] == '\n' && bus.line_len) {
-            bus.line[bus.line_len] = 0;
-            obey(bus.line);
-            bus.line_len = 0;
-        } else if (bytes[i] >= ' ' && bus.line_len + 1 < sizeof(bus.line)) {
-            bus.line[bus.line_len++] = bytes[i];
-        }
-    }
-}
-
-/* Until QEMU hangs up. */
-static void serve(void)
-{
-    for (;;) {
-        int wait_ms = bus.in ? bus.device->pump() : -1;
-        bool more = usbredirparser_has_data_to_write(bus.parser) > 0;
-        struct pollfd p[2] = {
-            {.fd = bus.fd, .events = (short)(POLLIN | (more ? POLLOUT : 0))},
-            {.fd = bus.orders_fd, .events = POLLIN},
-        };
-
-        if (poll(p, 2, wait_ms) < 0 && errno != EINTR)
-            return;
-        if (p[0].revents & (POLLIN | POLLHUP) && usbredirparser_do_read(bus.parser) == -1)
-            return;
-        if (p[1].revents)
-            read_orders();
-        if (usbredirparser_has_data_to_write(bus.parser) && usbredirparser_do_write(bus.parser) < 0)
-            return;
-    }
-}
-
-int redir_serve(const struct redir_device *device, const char *path, const char *orders_path)
-{
-    int listener = listen_at(path), orders_listener = listen_at(orders_path);
-
     bus.device = device;
+    bus.fd = fd;
     bus.parser = parser_new();
-    if (listener < 0 || orders_listener < 0 || !bus.parser) {
-        perror(path);
-        return 1;
-    }
-    if (dprintf(3, "ready\n") > 0)
-        close(3);
-    bus.fd = accept4(listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    bus.orders_fd = accept4(orders_listener, NULL, NULL, SOCK_CLOEXEC);
-    if (bus.fd < 0 || bus.orders_fd < 0) {
-        perror("redir: accept");
-        return 1;
-    }
-    serve();
+    return bus.parser ? 0 : -ENOMEM;
+}
+
+void redir_end(void)
+{
     usbredirparser_destroy(bus.parser);
+}
+
+bool redir_is_in(void)
+{
+    return bus.in;
+}
+
+short redir_events(void)
+{
+    return (short)(POLLIN | (usbredirparser_has_data_to_write(bus.parser) > 0 ? POLLOUT : 0));
+}
+
+int redir_dispatch(short revents)
+{
+    if (revents & (POLLIN | POLLHUP) && usbredirparser_do_read(bus.parser) == -1)
+        return -1;
+    if (usbredirparser_has_data_to_write(bus.parser) && usbredirparser_do_write(bus.parser) < 0)
+        return -1;
     return 0;
 }

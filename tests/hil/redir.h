@@ -20,6 +20,7 @@ struct redir_device {
     const uint8_t *config;
     size_t config_len;
     const char *const *strings; /* number 1 and up of the descriptors; ends with NULL */
+    uint8_t endpoint;           /* the one that data come from, bulk or isochronous: 0x81 */
 
     /* A control request that is none of GET_DESCRIPTOR, SET_CONFIGURATION, SET_INTERFACE. IN:
      * points *bytes at the answer and returns its length; OUT: *bytes are `length` bytes that came,
@@ -46,6 +47,10 @@ int redir_serve(const struct redir_device *device, const char *path, const char 
 unsigned redir_n_waiting(void);
 /* Answers the oldest of them; len at most what fits into any request, 16 KiB. */
 void redir_bulk_in(const uint8_t *bytes, size_t len);
+/* Whether the guest fetches isochronous packets; gives it the next one. They are kept by QEMU, some
+ * 900 at most: more are lost. */
+bool redir_iso_runs(void);
+void redir_iso_in(const uint8_t *bytes, size_t len);
 /* Orders of the device itself. */
 void redir_plug(void);
 void redir_unplug(void);

@@ -233,6 +233,7 @@ int main(int argc, char **argv)
         .config = config,
         .config_len = sizeof(config),
         .strings = strings,
+        .endpoint = 0x81,
         .control = control,
         .pump = pump,
         .plugged = plugged,
