@@ -7,7 +7,8 @@
 
 #include <string.h>
 
-const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, &dx_v4l2_driver, NULL};
+const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, &dx_v4l2_driver,
+                                              NULL};
 
 const struct dx_driver *dx_driver_find(const char *name)
 {

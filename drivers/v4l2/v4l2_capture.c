@@ -11,6 +11,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#define MAX_FORMATS 256 /* a driver that never ends is none */
+
 int dx_v4l2_call(const struct dx_v4l2_capture *c, unsigned long request, void *arg)
 {
     int r;
@@ -87,16 +89,26 @@ void dx_v4l2_capture_close(struct dx_v4l2_capture *c)
 /* ---- format -------------------------------------------------------------------------------------
  */
 
-bool dx_v4l2_capture_has(const struct dx_v4l2_capture *c, enum dx_v4l2_format *format)
+int dx_v4l2_capture_has(const struct dx_v4l2_capture *c, enum dx_v4l2_format *format,
+                        struct dx_err *err)
 {
     bool has[DX_V4L2_N_FORMATS] = {false};
     struct v4l2_fmtdesc f = {.type = dx_v4l2_type(c)};
+    const char *wanted = *format ? dx_v4l2_format_name(*format) : "Z16 or INZI";
+    int r = 0;
 
-    for (f.index = 0; f.index < 256 && dx_v4l2_call(c, VIDIOC_ENUM_FMT, &f) == 0; f.index++)
-        has[dx_v4l2_format_find(f.pixelformat)] = true;
+    for (f.index = 0; f.index < MAX_FORMATS && r == 0; f.index++) {
+        r = dx_v4l2_call(c, VIDIOC_ENUM_FMT, &f);
+        if (r == 0)
+            has[dx_v4l2_format_find(f.pixelformat)] = true;
+    }
+    if (r && r != -EINVAL) /* EINVAL: there are no more */
+        return dx_v4l2_failed(c, r, "VIDIOC_ENUM_FMT", err);
     if (*format == DX_V4L2_AUTO)
         *format = has[DX_V4L2_Z16] ? DX_V4L2_Z16 : DX_V4L2_INZI;
-    return has[*format];
+    if (!has[*format])
+        return dx_err_set(err, -ENOTSUP, "%s: %s: has no format %s", c->node, c->card, wanted);
+    return 0;
 }
 
 void dx_v4l2_capture_size(const struct dx_v4l2_capture *c, uint32_t *width, uint32_t *height)
@@ -231,10 +243,9 @@ int dx_v4l2_capture_prepare(struct dx_v4l2_capture *c, const struct dx_v4l2_conf
         .k = config->disparity_given ? config->disparity[0] : 0,
         .d0 = config->disparity_given ? config->disparity[1] : 0,
     };
-    if (!dx_v4l2_capture_has(c, &c->shape.format))
-        return dx_err_set(err, -EINVAL, "%s: %s: has no format %s", c->node, c->card,
-                          config->format ? dx_v4l2_format_name(config->format) : "of depth");
-    r = set_format(c, config, err);
+    r = dx_v4l2_capture_has(c, &c->shape.format, err);
+    if (r == 0)
+        r = set_format(c, config, err);
     if (r)
         return r;
     set_rate(c, config->fps);

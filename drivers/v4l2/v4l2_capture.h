@@ -45,8 +45,9 @@ int dx_v4l2_capture_open(struct dx_v4l2_capture *c, const char *node, struct dx_
 /* NULL-safe in all its parts; leaves `fd` -1. */
 void dx_v4l2_capture_close(struct dx_v4l2_capture *c);
 
-/* Whether it has the wanted format (AUTO: one that is surely depth), and which. */
-bool dx_v4l2_capture_has(const struct dx_v4l2_capture *c, enum dx_v4l2_format *format);
+/* Settles which format AUTO is: one that is surely depth. -ENOTSUP: it has not the wanted one. */
+int dx_v4l2_capture_has(const struct dx_v4l2_capture *c, enum dx_v4l2_format *format,
+                        struct dx_err *err);
 /* The size that it has now; 0x0 when it does not say. */
 void dx_v4l2_capture_size(const struct dx_v4l2_capture *c, uint32_t *width, uint32_t *height);
 

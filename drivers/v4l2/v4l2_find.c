@@ -33,9 +33,9 @@ static int look(const char *node, enum dx_v4l2_format *format)
 
     if (r)
         return r < 0 ? r : -ENODEV;
-    r = dx_v4l2_capture_has(&c, format) ? 0 : -ENOTSUP;
+    r = dx_v4l2_capture_has(&c, format, NULL);
     dx_v4l2_capture_close(&c);
-    return r;
+    return r <= 0 ? r : -ENODEV;
 }
 
 static bool consider(void *ctx, const struct dx_udev_device *d)

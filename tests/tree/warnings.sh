@@ -3,7 +3,7 @@
 set -u
 flags="-std=gnu17 $(sed -n 's/^WARN := //p' Makefile)"
 defines='-I. -Iclient -D_GNU_SOURCE -DDEXELD_VERSION="0" -DDEXELD_SYSCONFDIR="/etc"'
-packages=$(pkg-config --cflags $(sed -n 's/^PACKAGES := //p' Makefile))
+packages=$(pkg-config --cflags $(sed -n 's/^PACKAGES := //p' Makefile) umockdev-1.0)
 sets='core/rows/rows_avx2.c core/rows/rows_avx512.c' # for their own instruction sets, x86-64 only
 sources=$(git ls-files '*.c' | grep -vxF "$(echo $sets | tr ' ' '\n')")
 bad=0
