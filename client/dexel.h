@@ -36,6 +36,7 @@ enum dexel_state {
     DEXEL_STALLED = 2,
     DEXEL_GONE = 3,
     DEXEL_ENDED = 4,
+    DEXEL_FAULTED = 5,
 };
 
 struct dexel; /* a connection */

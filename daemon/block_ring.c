@@ -120,7 +120,8 @@ static bool put_pieces(struct put *p, const struct dx_block *block, bool starts_
             .number = block->number,
             .device_ns = block->stamp.device_ns,
             .clock_id = block->stamp.clock_id,
-            .flags = starts_frame ? DX_RECORDING_STARTS_FRAME : 0,
+            .flags = (uint16_t)((starts_frame ? DX_RECORDING_STARTS_FRAME : 0) |
+                                (block->first ? DX_RECORDING_FIRST : 0)),
             .block_len = block->len,
             .offset = offset,
             .source = block->source,

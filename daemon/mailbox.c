@@ -243,7 +243,7 @@ struct dx_frame_sink dx_mailbox_sink(struct dx_mailbox *m)
 void dx_mailbox_put_state(struct dx_mailbox *m, enum dx_stream_state state, const char *reason)
 {
     pthread_mutex_lock(&m->lock);
-    if (state == DX_STREAM_ENDED || state == DX_STREAM_GONE)
+    if (state == DX_STREAM_ENDED || state == DX_STREAM_GONE || state == DX_STREAM_FAULTED)
         finish_filling(m);
     m->state_waits = true;
     m->state = state;

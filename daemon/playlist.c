@@ -285,6 +285,7 @@ static void give(struct dx_playlist *p, struct dx_playlist_block *out, uint64_t 
                   .len = p->len,
                   .stamp = {.device_ns = p->first.device_ns, .clock_id = p->first.clock_id},
                   .number = p->first.number,
+                  .first = p->first.flags & DX_RECORDING_FIRST,
                   .source = p->source},
         .log_time = time,
         .starts_frame = p->first.flags & DX_RECORDING_STARTS_FRAME,

@@ -11,14 +11,18 @@
 struct dx_stream_reader {
     const char *name;
     const struct dx_driver *driver;
-    struct dx_device *device;
+    struct dx_device *device;          /* a source; of a driver of devices, what decodes */
+    struct dx_reader_device *attached; /* NULL: the source is no device */
+    struct dx_geometry *told;          /* of a device: by the decoder, last */
+    uint8_t told_attr_bytes;
     struct dx_mailbox *mailbox;
     struct dx_counters *counters;
     struct dx_recorder *recorder; /* NULL: none */
     struct dx_frame_sink sink;    /* the mailbox's, behind ours */
     bool frame_ended;             /* by the last part delivered; at the start: yes */
     atomic_bool stop;
-    bool is_live;       /* a frame has come, and subscribers know */
+    bool any_part;      /* of a frame has come since it was not live */
+    bool is_live;       /* ... and subscribers know */
     struct dx_err last; /* what was wrong with the newest block that was wrong */
 };
 
@@ -38,9 +42,15 @@ int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
     r->counters = counters;
     r->sink = dx_mailbox_sink(mailbox);
     r->frame_ended = true;
-    result = driver->open(&r->device, driver_config, err);
+    if (driver->subsystems) {
+        result = driver->open_decoder(&r->device, driver_config, err);
+        if (result >= 0)
+            result = dx_reader_device_new(&r->attached, name, driver, driver_config, mailbox, err);
+    } else {
+        result = driver->open(&r->device, driver_config, err);
+    }
     if (result < 0) {
-        free(r);
+        dx_stream_reader_free(r);
         return result;
     }
     *out = r;
@@ -51,7 +61,9 @@ void dx_stream_reader_free(struct dx_stream_reader *r)
 {
     if (!r)
         return;
+    dx_reader_device_free(r->attached);
     r->driver->close(r->device);
+    dx_geometry_unref(r->told);
     free(r);
 }
 
@@ -65,10 +77,23 @@ struct dx_device *dx_stream_reader_device(struct dx_stream_reader *r)
     return r->device;
 }
 
+struct dx_reader_device *dx_stream_reader_attached(struct dx_stream_reader *r)
+{
+    return r->attached;
+}
+
+const char *const *dx_stream_reader_subsystems(const struct dx_stream_reader *r)
+{
+    return r->driver->subsystems;
+}
+
 void dx_stream_reader_stop(struct dx_stream_reader *r)
 {
     atomic_store_explicit(&r->stop, true, memory_order_release);
-    r->driver->wake(r->device);
+    if (r->attached)
+        dx_reader_device_wake(r->attached);
+    else
+        r->driver->wake(r->device);
 }
 
 static bool stopped(struct dx_stream_reader *r)
@@ -79,10 +104,25 @@ static bool stopped(struct dx_stream_reader *r)
 /* ---- between driver and mailbox: what a recording must know ----------------------------------
  */
 
+/* A device that is back tells its geometry again: for subscribers nothing has changed. */
+static bool is_told(struct dx_stream_reader *r, struct dx_geometry *g, uint8_t attr_bytes)
+{
+    if (!r->attached)
+        return false;
+    if (r->told && r->told_attr_bytes == attr_bytes && dx_geometry_is_same(r->told, g))
+        return true;
+    dx_geometry_unref(r->told);
+    r->told = dx_geometry_ref(g);
+    r->told_attr_bytes = attr_bytes;
+    return false;
+}
+
 static int on_geometry(void *reader, struct dx_geometry *g, uint8_t attr_bytes)
 {
     struct dx_stream_reader *r = reader;
 
+    if (is_told(r, g, attr_bytes))
+        return 0;
     if (r->recorder)
         dx_recorder_geometry(r->recorder, g, attr_bytes);
     return r->sink.geometry(r->sink.ctx, g, attr_bytes);
@@ -100,11 +140,22 @@ static void on_deliver(void *reader, const struct dx_frame_part *part)
     struct dx_stream_reader *r = reader;
 
     r->frame_ended = part->last;
+    r->any_part = true;
     r->sink.deliver(r->sink.ctx, part);
 }
 
 /* ---- the loop --------------------------------------------------------------------------------
  */
+
+static void complain(struct dx_stream_reader *r, const struct dx_err *err)
+{
+    dx_count(&r->counters->n_corrupt, 1);
+    r->last = *err;
+    if (r->attached) /* which may go on so for days */
+        dx_reader_device_log(r->attached, LOG_WARNING, err->text);
+    else
+        dx_log_warning("reader", "%s: %s", r->name, err->text);
+}
 
 static void decode(struct dx_stream_reader *r, const struct dx_block *block)
 {
@@ -112,15 +163,13 @@ static void decode(struct dx_stream_reader *r, const struct dx_block *block)
     struct dx_err err = {""};
     int result = r->driver->decode(r->device, block, &sink, &err);
 
-    if (result == 0) {
-        if (!r->is_live)
-            dx_mailbox_put_state(r->mailbox, DX_STREAM_LIVE, "");
+    if (r->any_part && !r->is_live) {
+        dx_mailbox_put_state(r->mailbox, DX_STREAM_LIVE, "");
         r->is_live = true;
-    } else if (result != DX_DRIVER_E_AGAIN && !stopped(r)) { /* a closed mailbox is no damage */
-        dx_count(&r->counters->n_corrupt, 1);
-        dx_log_warning("reader", "%s: %s", r->name, err.text);
-        r->last = err;
     }
+    if (result != 0 && result != DX_DRIVER_E_AGAIN &&
+        !stopped(r)) /* a closed mailbox is no damage */
+        complain(r, &err);
 }
 
 /* What subscribers are told when the source is over: that nothing more will come, and why when that
@@ -141,23 +190,58 @@ static void finish(struct dx_stream_reader *r, int result, const struct dx_err *
     dx_mailbox_put_state(r->mailbox, DX_STREAM_ENDED, err->text);
 }
 
+static int read_block(struct dx_stream_reader *r, struct dx_block *block, struct dx_err *err)
+{
+    int result;
+
+    if (!r->attached)
+        return r->driver->read(r->device, block, err);
+    result = dx_reader_device_read(r->attached, block);
+    if (!dx_reader_device_streams(r->attached))
+        r->is_live = r->any_part = false;
+    if (result == 0 && block->first)
+        r->frame_ended = true; /* what the last stay left half done is void */
+    return result;
+}
+
+static int take_blocks(struct dx_stream_reader *r, struct dx_err *err)
+{
+    int result = 0;
+
+    while ((result == 0 || result == DX_DRIVER_E_AGAIN) && !stopped(r)) {
+        struct dx_block block;
+
+        result = read_block(r, &block, err);
+        if (result != 0)
+            continue;
+        if (r->recorder)
+            dx_recorder_feed(r->recorder, &block, r->frame_ended);
+        decode(r, &block);
+    }
+    return result;
+}
+
+/* A device: its stays, until it is stopped. */
+static void run_device(struct dx_stream_reader *r)
+{
+    struct dx_err err = {""};
+
+    take_blocks(r, &err);
+    dx_reader_device_close(r->attached);
+}
+
 void dx_stream_reader_run(struct dx_stream_reader *r)
 {
     struct dx_err err = {""};
-    int result = r->driver->start(r->device, &err);
+    int result;
 
-    while (result >= 0 && !stopped(r)) {
-        struct dx_block block;
-
-        result = r->driver->read(r->device, &block, &err);
-        if (result == 0) {
-            if (r->recorder)
-                dx_recorder_feed(r->recorder, &block, r->frame_ended);
-            decode(r, &block);
-        } else if (result != DX_DRIVER_E_AGAIN) {
-            break;
-        }
+    if (r->attached) {
+        run_device(r);
+        return;
     }
+    result = r->driver->start(r->device, &err);
+    if (result >= 0)
+        result = take_blocks(r, &err);
     if (!stopped(r))
         finish(r, result, &err);
     r->driver->stop(r->device);

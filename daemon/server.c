@@ -18,6 +18,7 @@
 #include "daemon/clock.h"
 #include "daemon/control.h"
 #include "daemon/log.h"
+#include "daemon/reader.h"
 
 #define MAX_CLIENTS    256u
 #define HELLO_NS       5000000000u
@@ -85,6 +86,18 @@ static int on_feed(sd_event_source *source, int fd, uint32_t revents, void *stre
     return 0;
 }
 
+static void poke_reader(void *reader)
+{
+    dx_reader_device_poke(dx_stream_reader_attached(reader));
+}
+
+static int watch_device(struct dx_server *s, struct dx_stream_reader *reader)
+{
+    if (!reader || !dx_stream_reader_attached(reader))
+        return 0;
+    return dx_presence_add(s->presence, dx_stream_reader_subsystems(reader), poke_reader, reader);
+}
+
 int dx_server_add_stream(struct dx_server *s, const struct dx_server_stream_options *options)
 {
     struct dx_server_stream *st, **end = &s->streams;
@@ -100,6 +113,8 @@ int dx_server_add_stream(struct dx_server *s, const struct dx_server_stream_opti
     st->options = *options;
     st->number = s->n_streams;
     r = dx_feed_loop_new(&st->loop, options->feed);
+    if (r == 0)
+        r = watch_device(s, options->reader);
     if (r == 0)
         r = sd_event_add_io(s->event, &st->wake, options->feed->wake_fd, EPOLLIN, on_feed, st);
     if (r < 0) {
@@ -356,6 +371,8 @@ static int open_all(struct dx_server *s, struct dx_err *err)
     if (r < 0)
         return r;
     r = add_sources(s);
+    if (r == 0)
+        r = dx_presence_new(&s->presence);
     return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
@@ -396,6 +413,7 @@ void dx_server_free(struct dx_server *s)
         dx_subscriber_free(s->subscribers);
         s->subscribers = next;
     }
+    dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);
     while (s->streams) {
@@ -416,6 +434,8 @@ int dx_server_run(struct dx_server *s)
 {
     int r = sd_event_set_watchdog(s->event, true); /* nothing without WATCHDOG_USEC */
 
+    if (r >= 0)
+        dx_presence_start(s->presence, s->event);
     return r < 0 ? r : sd_event_loop(s->event);
 }
 

@@ -14,6 +14,7 @@
 struct dx_device;
 struct dx_recorder;
 struct dx_server;
+struct dx_stream_reader;
 
 struct dx_server_options {
     const char *mesh_path; /* sockets to make; NULL: none. Inherited ones (sd_listen_fds, named */
@@ -31,6 +32,7 @@ struct dx_server_stream_options {
     bool lossless;                /* lossless subscribers are allowed */
     struct dx_recorder *recorder; /* for the control socket; NULL: none, also the next */
     struct dx_device *player;
+    struct dx_stream_reader *reader; /* poked by presence, for the status; NULL: none */
     /* How many are subscribed now; called by the loop when that changes. May be NULL. */
     void (*subscribers)(void *ctx, uint32_t n);
     void *ctx;

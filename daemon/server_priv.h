@@ -7,6 +7,7 @@
 #include <systemd/sd-event.h>
 
 #include "daemon/latency.h"
+#include "daemon/presence.h"
 #include "daemon/server.h"
 #include "daemon/subscriber.h"
 
@@ -46,6 +47,7 @@ struct dx_server {
     sd_event_source *timer, *post;
     struct dx_listener mesh;
     struct dx_control *control;
+    struct dx_presence *presence;
     uint64_t accept_again_ns; /* 0: accepting */
     uint64_t tick_due_ns;
     uint64_t exit_due_ns; /* 0: not stopping */

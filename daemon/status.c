@@ -6,6 +6,7 @@
 
 #include "daemon/clock.h"
 #include "daemon/control_stream.h"
+#include "daemon/reader.h"
 #include "daemon/server_priv.h"
 
 static void set_count(json_t *o, const char *key, uint64_t n)
@@ -61,6 +62,34 @@ static json_t *latency_status(const struct dx_server_stream *st)
     return o;
 }
 
+/* NULL: the source is no device. */
+static json_t *device_status(const struct dx_server_stream *st)
+{
+    struct dx_reader_device *d =
+        st->options.reader ? dx_stream_reader_attached(st->options.reader) : NULL;
+    struct dx_reader_device_status s;
+    json_t *o;
+
+    if (!d)
+        return NULL;
+    dx_reader_device_status(d, &s);
+    o = json_object();
+    set_text(o, "state", dx_life_state_name(s.state));
+    set_number(o, "since_s", (double)(dx_clock_ns() - s.since_ns) * 1e-9);
+    if (*s.reason)
+        set_text(o, "reason", s.reason);
+    set_text(o, "serial", s.health.serial);
+    set_text(o, "place", s.health.place);
+    set_text(o, "trouble", s.health.trouble);
+    set_count(o, "opens", s.n_opens);
+    set_count(o, "lost", s.health.n_lost);
+    set_count(o, "damaged", s.health.n_damaged);
+    set_count(o, "stalls", s.n_stalls);
+    set_count(o, "faults", s.n_faults);
+    set_count(o, "unplugged", s.n_went);
+    return o;
+}
+
 static json_t *stream_status(const struct dx_server_stream *st)
 {
     const struct dx_counters *c = st->options.counters;
@@ -84,7 +113,8 @@ static json_t *stream_status(const struct dx_server_stream *st)
     set_count(o, "subscribers", st->n_subscribers);
     if (st->latency.n)
         json_object_set_new(o, "latency_ms", latency_status(st));
-    json_object_set_new(o, "recording", dx_control_recording(st)); /* NULL: stays out */
+    json_object_set_new(o, "device", device_status(st)); /* NULL: stays out; also the next */
+    json_object_set_new(o, "recording", dx_control_recording(st));
     json_object_set_new(o, "replay", dx_control_replaying(st));
     return o;
 }

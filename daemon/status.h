@@ -10,9 +10,10 @@ struct dx_server;
  * {"version", "uptime_s", "rss_bytes", "streams": [{name, state, reason, geometry, width, height,
  * frames, parts, fps, epochs, tiles_changed, tiles_sent, drops: {mailbox, corrupt},
  * short_of_chunks, valid, mesh_ms, mesh_ns_per_dexel, sigma, subscribers, latency_ms: {p50, p99,
- * stages: {decode: {p50, p99}, wait, mesh, encode, send}}, recording, replay}], "clients": [{pid,
- * uid, stream, encoding, mode, epochs, coalesced, resets, bytes}]}; what is not known is not there.
- * NULL: no memory.
+ * stages: {decode: {p50, p99}, wait, mesh, encode, send}}, device: {state, since_s, reason,
+ * serial, place, trouble, opens, lost, damaged, stalls, faults, unplugged}, recording, replay}],
+ * "clients": [{pid, uid, stream, encoding, mode, epochs, coalesced, resets, bytes}]}; what is not
+ * known is not there. NULL: no memory.
  */
 json_t *dx_status(const struct dx_server *server);
 

@@ -290,6 +290,11 @@ struct dx_device *dx_stream_player(struct dx_stream *s)
     return s->replays ? dx_stream_reader_device(s->reader) : NULL;
 }
 
+struct dx_stream_reader *dx_stream_reader(struct dx_stream *s)
+{
+    return s->reader;
+}
+
 void dx_stream_subscribers(void *stream, uint32_t n)
 {
     struct dx_stream *s = stream;

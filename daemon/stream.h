@@ -13,6 +13,7 @@
 #include "daemon/recorder.h"
 
 struct dx_stream;
+struct dx_stream_reader;
 
 /* Opens the source and allocates all that the frame path will use. `config` and `pool` are
  * borrowed. Errors name the stream. */
@@ -35,6 +36,9 @@ bool dx_stream_join(struct dx_stream *s, uint64_t due_ns);
 /* How many have subscribed; a replay that waits for some starts when there are enough. Any thread.
  */
 void dx_stream_subscribers(void *stream, uint32_t n);
+
+/* For the loop: what presence pokes, and the state of a device. */
+struct dx_stream_reader *dx_stream_reader(struct dx_stream *s);
 
 /* NULL: nothing of it is recorded. */
 struct dx_recorder *dx_stream_recorder(struct dx_stream *s);

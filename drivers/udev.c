@@ -5,16 +5,12 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <systemd/sd-device.h>
 #include <unistd.h>
-
-/* For realpath(): the one of umockdev, in whose testbeds this is tested, moves PATH_MAX bytes from
- * within it. */
-#define RESOLVED_LEN (2 * PATH_MAX)
 
 /* ---- texts -----------------------------------------------------------------------------------
  */
@@ -167,7 +163,7 @@ static int enumerate(sd_device_enumerator **out, const char *subsystem)
 {
     int r = sd_device_enumerator_new(out);
 
-    if (r >= 0 && subsystem)
+    if (r >= 0)
         r = sd_device_enumerator_add_match_subsystem(*out, subsystem, true);
     if (r >= 0) /* those that no udevd has seen: there may be none */
         r = sd_device_enumerator_allow_uninitialized(*out);
@@ -192,34 +188,23 @@ int dx_udev_each(const char *subsystem, bool (*take)(void *ctx, const struct dx_
     return r;
 }
 
-/* Looks for the node's name; all nodes are where sysfs says, and only USB's have other names there.
- */
-static int find_node(struct dx_udev_device *out, const char *path)
-{
-    bool is_usb = !strncmp(path, "/dev/bus/usb/", 13);
-    sd_device_enumerator *e = NULL;
-    bool found = false;
-    int r = enumerate(&e, is_usb ? "usb" : NULL);
-
-    if (r >= 0 && !is_usb)
-        r = sd_device_enumerator_add_match_sysname(e, strrchr(path, '/') + 1);
-    if (r >= 0)
-        for (sd_device *d = sd_device_enumerator_get_device_first(e); d && !found;
-             d = sd_device_enumerator_get_device_next(e))
-            found = describe(out, d) && !strcmp(out->node, path);
-    sd_device_enumerator_unref(e);
-    return found || r < 0 ? r : -ENODEV;
-}
-
 int dx_udev_by_node(struct dx_udev_device *out, const char *node, struct dx_err *err)
 {
-    char path[RESOLVED_LEN];
-    int r = realpath(node, path) ? find_node(out, path) : -errno;
+    sd_device *d = NULL;
+    struct stat st;
+    int r = stat(node, &st) < 0 ? -errno : 0;
 
+    *out = (struct dx_udev_device){.interface = -1};
+    if (r == 0 && !S_ISCHR(st.st_mode))
+        return dx_err_set(err, -ENODEV, "%s: not a device, expected the node of one", node);
+    if (r == 0)
+        r = sd_device_new_from_devnum(&d, 'c', st.st_rdev);
+    if (r >= 0 && !describe(out, d))
+        r = -ENODEV;
+    sd_device_unref(d);
     if (r >= 0)
         return 0;
-    *out = (struct dx_udev_device){.interface = -1};
-    if (r == -ENOENT || r == -ENOTDIR)
+    if (r == -ENOENT || r == -ENOTDIR || r == -ENXIO)
         r = -ENODEV;
     return dx_err_set(err, r, "%s: %s", node, r == -ENODEV ? "no such device" : strerror(-r));
 }
@@ -227,11 +212,12 @@ int dx_udev_by_node(struct dx_udev_device *out, const char *node, struct dx_err 
 /* ---- choosing --------------------------------------------------------------------------------
  */
 
-static bool links_to(const char *link, const char *node)
+static bool is_node(const char *path, const char *node)
 {
-    char path[RESOLVED_LEN];
+    struct stat a, b;
 
-    return *link == '/' && realpath(link, path) && !strcmp(path, node);
+    return *path == '/' && stat(path, &a) == 0 && stat(node, &b) == 0 && S_ISCHR(a.st_mode) &&
+           S_ISCHR(b.st_mode) && a.st_rdev == b.st_rdev;
 }
 
 bool dx_udev_is(const struct dx_udev_device *d, const char *serial, const char *place)
@@ -241,7 +227,7 @@ bool dx_udev_is(const struct dx_udev_device *d, const char *serial, const char *
     if (!*place)
         return !*serial;
     return !strcmp(d->place, place) || (*d->port && !strcmp(d->port, place)) ||
-           links_to(place, d->node);
+           is_node(place, d->node);
 }
 
 void dx_udev_attribute(const struct dx_udev_device *d, const char *name, char *text, size_t len)

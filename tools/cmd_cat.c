@@ -267,10 +267,10 @@ static int on_commit(void *user, const struct dexel_commit *commit)
 
 static int on_state(void *user, enum dexel_state state, const char *reason)
 {
-    static const char *const names[] = {"opening", "live", "stalled", "gone", "ended"};
+    static const char *const names[] = {"opening", "live", "stalled", "gone", "ended", "faulted"};
     struct cat *cat = user;
 
-    if (!cat->args.quiet && state > DEXEL_LIVE_STATE && state <= DEXEL_ENDED)
+    if (!cat->args.quiet && state > DEXEL_LIVE_STATE && state <= DEXEL_FAULTED)
         fprintf(stderr, "%s%s%s%s\n", cat->live_line ? "\r\033[K" : "", names[state],
                 *reason ? ": " : "", reason);
     return state == DEXEL_ENDED ? DONE : 0;

@@ -291,6 +291,16 @@ double dx_geometry_departure(const struct dx_geometry *a, const struct dx_geomet
     return worst;
 }
 
+bool dx_geometry_is_same(const struct dx_geometry *a, const struct dx_geometry *b)
+{
+    return a == b ||
+           (a->model == b->model && a->height == b->height && a->width == b->width &&
+            a->wrap == b->wrap && a->flip == b->flip && a->range_bytes == b->range_bytes &&
+            a->exact == b->exact && memcmp(&a->unit_m, &b->unit_m, sizeof(a->unit_m)) == 0 &&
+            memcmp(a->pose, b->pose, sizeof(a->pose)) == 0 && a->n_table == b->n_table &&
+            memcmp(a->table, b->table, a->n_table * sizeof(*a->table)) == 0);
+}
+
 const char *dx_model_name(enum dx_model model)
 {
     switch (model) {

@@ -114,6 +114,10 @@ double dx_geometry_unit_for(double max_range_m);
  * INFINITY when model, size or seam differ. A sequence RESETs above 0.5. */
 double dx_geometry_departure(const struct dx_geometry *a, const struct dx_geometry *b);
 
+/* Whether both make the same point, bit for bit, of each dexel and range, and stand at the same
+ * pose. */
+bool dx_geometry_is_same(const struct dx_geometry *a, const struct dx_geometry *b);
+
 const char *dx_model_name(enum dx_model model);
 
 #endif

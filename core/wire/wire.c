@@ -334,7 +334,7 @@ int dx_msg_stream_state_get(struct dx_msg_stream_state *m, const uint8_t *body, 
 
     m->state = dx_read_u8(&r);
     get_text(&r, m->reason, sizeof(m->reason));
-    return end(&r, m->state <= DX_STREAM_ENDED);
+    return end(&r, m->state <= DX_STREAM_FAULTED);
 }
 
 const char *dx_encoding_name(unsigned encoding)
@@ -354,7 +354,7 @@ int dx_encoding_from_name(const char *name)
 
 const char *dx_stream_state_name(unsigned state)
 {
-    static const char *const names[] = {"opening", "live", "stalled", "gone", "ended"};
+    static const char *const names[] = {"opening", "live", "stalled", "gone", "ended", "faulted"};
 
-    return state <= DX_STREAM_ENDED ? names[state] : "unknown";
+    return state <= DX_STREAM_FAULTED ? names[state] : "unknown";
 }

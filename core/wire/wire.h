@@ -77,6 +77,7 @@ enum dx_stream_state {
     DX_STREAM_STALLED = 2,
     DX_STREAM_GONE = 3,
     DX_STREAM_ENDED = 4,
+    DX_STREAM_FAULTED = 5,
 };
 
 #define DX_WIRE_TEXT 160 /* room for a text and its NUL; on the wire u16 length + bytes */

@@ -23,6 +23,7 @@
 #define DX_RECORDING_MAX_SOURCE    4128                /* of a source's name */
 
 #define DX_RECORDING_STARTS_FRAME  0x1u /* the block before it ended a frame, or there was none */
+#define DX_RECORDING_FIRST         0x2u /* of a stay of the device: dx_block.first */
 
 /* A message: `len` bytes at `offset` of a block of `block_len`. */
 struct dx_recording_piece {

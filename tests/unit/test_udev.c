@@ -1,17 +1,10 @@
 /* Attached devices, in a testbed of umockdev: what is told of each, choosing, permissions. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "umock_fixture.h"
 
 #include "drivers/driver.h"
 #include "drivers/udev.h"
 
 #include <errno.h>
-#include <string.h>
-#include <umockdev.h>
 
 #define CONTROLLER "P: /devices/pci0000:00/0000:00:14.0\nE: SUBSYSTEM=pci\n\n"
 #define HUB                                                                                        \
@@ -43,19 +36,18 @@
 
 static UMockdevTestbed *bed;
 
-static void attach(const char *description)
-{
-    assert_true(umockdev_testbed_add_from_string(bed, description, NULL));
-}
-
 static int set_up(void **state)
 {
-    static const char *const all[] = {CONTROLLER, HUB, CAMERA, INTERFACE, VIDEO, SOLDERED, KNOWN};
-
     (void)state;
     bed = umockdev_testbed_new();
-    for (size_t k = 0; k < sizeof(all) / sizeof(all[0]); k++)
-        attach(all[k]);
+    umock_attach(bed, CONTROLLER, NULL);
+    umock_attach(bed, HUB, "189:0");
+    umock_attach(bed, CAMERA, "189:6");
+    umock_attach(bed, INTERFACE, NULL);
+    umock_attach(bed, VIDEO, "81:2");
+    umock_attach(bed, SOLDERED, NULL);
+    umock_attach(bed, KNOWN, "81:6");
+    umock_number(bed, "v4l/by-id/depth", "81:2");
     return 0;
 }
 

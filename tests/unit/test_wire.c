@@ -207,7 +207,7 @@ static void test_fields_out_of_range(void **state)
         {4, 6, 4},     {4, 7, 3},      {4, 9, 2},      {4, 8, 2},    {4, 12, 0},    {4, 14, 1},
         {4, 17, 0},    {4, 18, 1},     {4, 20, 1},     {4, 22, 31},  {4, 27, 0xff}, {4, 28, 1},
         {4, 39, 0x7f}, {4, 135, 0x7f}, {4, 159, 0xff}, {4, 180, 0},  {5, 0, 9},     {5, 0, 12},
-        {5, 4, 19},    {6, 32, 4},     {7, 3, 10},     {8, 0, 5},
+        {5, 4, 19},    {6, 32, 4},     {7, 3, 10},     {8, 0, 6},
     };
 
     (void)state;
@@ -354,7 +354,8 @@ static void test_names(void **state)
     assert_int_equal(dx_encoding_from_name("f64"), -1);
     assert_string_equal(dx_encoding_name(9), "unknown");
     assert_string_equal(dx_stream_state_name(DX_STREAM_ENDED), "ended");
-    assert_string_equal(dx_stream_state_name(5), "unknown");
+    assert_string_equal(dx_stream_state_name(DX_STREAM_FAULTED), "faulted");
+    assert_string_equal(dx_stream_state_name(6), "unknown");
 }
 
 int main(void)

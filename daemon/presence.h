@@ -1,0 +1,25 @@
+/*
+ * What comes and goes: one monitor of sd-device for the subsystems that the configured streams'
+ * devices are of. Each event of a subsystem pokes all of them, who look for themselves; duplicates
+ * and events of other devices cost a look. Loop thread.
+ */
+#ifndef DX_PRESENCE_H
+#define DX_PRESENCE_H
+
+#include <stdbool.h>
+
+struct dx_presence;
+struct sd_event;
+
+int dx_presence_new(struct dx_presence **out); /* -ENOMEM */
+void dx_presence_free(struct dx_presence *p);
+
+/* Before the start. `subsystems` ends with NULL; borrowed, as `ctx` is. -ENOMEM. */
+int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (*poke)(void *ctx),
+                    void *ctx);
+
+/* Nothing when nothing was added. Where no udevd runs, a warning: devices are then found by the
+ * looks of their readers. True: there are events. */
+bool dx_presence_start(struct dx_presence *p, struct sd_event *event);
+
+#endif
