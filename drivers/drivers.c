@@ -2,13 +2,14 @@
 #include "drivers/driver.h"
 
 #include "drivers/file/file.h"
+#include "drivers/kinect/kinect.h"
 #include "drivers/synth/synth.h"
 #include "drivers/v4l2/v4l2.h"
 
 #include <string.h>
 
 const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, &dx_v4l2_driver,
-                                              NULL};
+                                              &dx_kinect_driver, NULL};
 
 const struct dx_driver *dx_driver_find(const char *name)
 {

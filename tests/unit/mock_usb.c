@@ -1,0 +1,305 @@
+/* The kernel's side of mock_usb.h. All state is the mock's thread's, under a lock. */
+#include "tests/unit/mock_usb.h"
+
+#include <errno.h>
+#include <linux/usbdevice_fs.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <umockdev.h>
+#include <unistd.h>
+
+#define MAX_QUEUED 64
+#define NODE       "/dev/bus/usb/001/002"
+#define SYS        "/sys/devices/pci0000:00/usb1/1-1"
+
+struct queued {
+    UMockdevIoctlData *urb, *buffer;
+    bool done;
+};
+
+struct mock_usb {
+    struct mock_usb_device device;
+    UMockdevTestbed *bed;
+    UMockdevIoctlBase *handler;
+    GMainContext *context;
+    GMainLoop *loop;
+    pthread_t thread;
+    pthread_mutex_t lock;
+    char root[256], node[512];
+    bool gone;
+    int n_claimed;
+    int n_queued;
+    struct queued queue[MAX_QUEUED];
+};
+
+void mock_usb_wrap(char **argv)
+{
+    const char *preload = getenv("LD_PRELOAD");
+
+    if (preload && strstr(preload, "umockdev"))
+        return;
+    setenv("ASAN_OPTIONS", "verify_asan_link_order=0", 0);
+    execlp("umockdev-wrapper", "umockdev-wrapper", argv[0], (char *)NULL);
+    printf("no umockdev-wrapper\n");
+    exit(77);
+}
+
+int mock_usb_string(const uint8_t setup[8], uint8_t *bytes, int len, const char *const *texts,
+                    int n_texts)
+{
+    uint8_t s[255] = {4, 3, 9, 4};
+    int index = setup[2], n;
+
+    if (setup[0] != 0x80 || setup[1] != 6 || setup[3] != 3 || index > n_texts)
+        return MOCK_USB_STALL;
+    if (index > 0) {
+        n = (int)strlen(texts[index - 1]);
+        s[0] = (uint8_t)(2 + 2 * n);
+        for (int k = 0; k < n; k++) {
+            s[2 + 2 * k] = (uint8_t)texts[index - 1][k];
+            s[3 + 2 * k] = 0;
+        }
+    }
+    n = s[0] < len ? s[0] : len;
+    memcpy(bytes, s, (size_t)n);
+    return n;
+}
+
+/* What a URB transfers; HOLD leaves it queued. */
+static void serve(struct mock_usb *m, struct queued *q)
+{
+    const struct mock_usb_device *d = &m->device;
+    struct usbdevfs_urb *u = (void *)q->urb->data;
+    uint8_t *bytes = q->buffer->data;
+    int r;
+
+    if (m->gone)
+        r = -ESHUTDOWN;
+    else if (u->type == USBDEVFS_URB_TYPE_CONTROL)
+        r = d->control(d->ctx, bytes, bytes + 8, u->buffer_length - 8);
+    else if (u->endpoint & 0x80)
+        r = d->in(d->ctx, u->endpoint, bytes, u->buffer_length);
+    else
+        r = d->out(d->ctx, u->endpoint, bytes, u->buffer_length);
+    q->done = r != MOCK_USB_HOLD;
+    u->status = r < 0 ? r : 0;
+    u->actual_length = r < 0 ? 0 : r;
+}
+
+static int submit(struct mock_usb *m, UMockdevIoctlData *arg)
+{
+    struct queued *q = &m->queue[m->n_queued];
+    const struct usbdevfs_urb *u;
+
+    if (m->n_queued == MAX_QUEUED)
+        return ENOMEM;
+    q->urb = umockdev_ioctl_data_resolve(arg, 0, sizeof(*u), NULL);
+    u = (const void *)q->urb->data;
+    q->buffer = umockdev_ioctl_data_resolve(q->urb, offsetof(struct usbdevfs_urb, buffer),
+                                            (size_t)u->buffer_length, NULL);
+    q->done = false;
+    m->n_queued++;
+    return 0;
+}
+
+static int discard(struct mock_usb *m, UMockdevIoctlData *arg)
+{
+    UMockdevIoctlData *urb = umockdev_ioctl_data_resolve(arg, 0, sizeof(struct usbdevfs_urb), NULL);
+    int err = EINVAL;
+
+    for (int k = 0; k < m->n_queued; k++)
+        if (m->queue[k].urb->client_addr == urb->client_addr && !m->queue[k].done) {
+            struct usbdevfs_urb *u = (void *)m->queue[k].urb->data;
+
+            u->status = -ENOENT;
+            u->actual_length = 0;
+            m->queue[k].done = true;
+            err = 0;
+        }
+    g_object_unref(urb);
+    return err;
+}
+
+static int reap(struct mock_usb *m, UMockdevIoctlData *arg)
+{
+    int k = 0;
+
+    for (k = 0; k < m->n_queued; k++) {
+        if (!m->queue[k].done)
+            serve(m, &m->queue[k]);
+        if (m->queue[k].done)
+            break;
+    }
+    if (k == m->n_queued)
+        return m->gone ? ENODEV : EAGAIN;
+    g_object_unref(umockdev_ioctl_data_resolve(arg, 0, sizeof(void *), NULL));
+    umockdev_ioctl_data_set_ptr(umockdev_ioctl_data_resolve(arg, 0, sizeof(void *), NULL), 0,
+                                m->queue[k].urb);
+    g_object_unref(m->queue[k].urb);
+    g_object_unref(m->queue[k].buffer);
+    m->n_queued--;
+    memmove(&m->queue[k], &m->queue[k + 1], (size_t)(m->n_queued - k) * sizeof(m->queue[0]));
+    return 0;
+}
+
+static int answer(struct mock_usb *m, gulong request, UMockdevIoctlData *arg)
+{
+    if (m->gone && request != USBDEVFS_REAPURB && request != USBDEVFS_REAPURBNDELAY)
+        return ENODEV;
+    switch (request) {
+    case USBDEVFS_GET_CAPABILITIES:
+        *(uint32_t *)(void *)umockdev_ioctl_data_resolve(arg, 0, 4, NULL)->data = 0;
+        return 0;
+    case USBDEVFS_CLAIMINTERFACE:
+    case USBDEVFS_DISCONNECT_CLAIM:
+        m->n_claimed++;
+        return 0;
+    case USBDEVFS_RELEASEINTERFACE:
+        m->n_claimed--;
+        return 0;
+    case USBDEVFS_SETINTERFACE:
+        return 0;
+    case USBDEVFS_IOCTL:
+    case USBDEVFS_GETDRIVER:
+        return ENODATA;
+    case USBDEVFS_SUBMITURB:
+        return submit(m, arg);
+    case USBDEVFS_DISCARDURB:
+        return discard(m, arg);
+    case USBDEVFS_REAPURB:
+    case USBDEVFS_REAPURBNDELAY:
+        return reap(m, arg);
+    default:
+        return ENOTTY;
+    }
+}
+
+static gboolean on_ioctl(UMockdevIoctlBase *handler, UMockdevIoctlClient *client, gpointer ctx)
+{
+    struct mock_usb *m = ctx;
+    int err;
+
+    (void)handler;
+    pthread_mutex_lock(&m->lock);
+    err =
+        answer(m, umockdev_ioctl_client_get_request(client), umockdev_ioctl_client_get_arg(client));
+    pthread_mutex_unlock(&m->lock);
+    umockdev_ioctl_client_complete(client, err ? -1 : 0, err);
+    return TRUE;
+}
+
+static void *run(void *ctx)
+{
+    struct mock_usb *m = ctx;
+
+    g_main_context_push_thread_default(m->context);
+    g_main_loop_run(m->loop);
+    g_main_context_pop_thread_default(m->context);
+    return NULL;
+}
+
+static void add(struct mock_usb *m)
+{
+    GString *hex = g_string_new(NULL);
+    char *text, *root;
+
+    for (size_t k = 0; k < m->device.descriptors_len; k++)
+        g_string_append_printf(hex, "%02X", m->device.descriptors[k]);
+    text = g_strdup_printf("P: /devices/pci0000:00/usb1/1-1\nN: bus/usb/001/002=%s\n"
+                           "E: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\n"
+                           "E: DEVNUM=002\nE: MAJOR=189\nE: MINOR=1\nE: DEVNAME=" NODE "\n"
+                           "A: busnum=1\\n\nA: devnum=2\\n\nA: speed=480\\n\n"
+                           "A: bConfigurationValue=1\\n\nH: descriptors=%s\n\n",
+                           hex->str, hex->str);
+    if (!umockdev_testbed_add_from_string(m->bed, text, NULL))
+        abort();
+    root = umockdev_testbed_get_root_dir(m->bed);
+    snprintf(m->root, sizeof(m->root), "%s", root);
+    snprintf(m->node, sizeof(m->node), "%s" NODE, root);
+    g_free(root);
+    g_free(text);
+    g_string_free(hex, TRUE);
+}
+
+/* umockdev ends a program that may not reach its sockets, so those stay open to all. */
+static void forbid(struct mock_usb *m)
+{
+    char path[300];
+
+    for (const char *const *p = (const char *const[]){"", "/ioctl", "/ioctl/_default", NULL}; *p;
+         p++) {
+        snprintf(path, sizeof(path), "%s%s", m->root, *p);
+        if (chmod(path, 0777))
+            abort();
+    }
+    if (chmod(m->node, 0))
+        abort();
+}
+
+struct mock_usb *mock_usb_new(const struct mock_usb_device *device)
+{
+    struct mock_usb *m = calloc(1, sizeof(*m));
+
+    m->device = *device;
+    pthread_mutex_init(&m->lock, NULL);
+    m->bed = umockdev_testbed_new();
+    add(m);
+    m->context = g_main_context_new();
+    m->loop = g_main_loop_new(m->context, FALSE);
+    g_main_context_push_thread_default(m->context);
+    m->handler = umockdev_ioctl_base_new();
+    g_signal_connect(m->handler, "handle-ioctl", G_CALLBACK(on_ioctl), m);
+    if (device->forbidden)
+        forbid(m);
+    else if (!umockdev_testbed_attach_ioctl(m->bed, NODE, m->handler, NULL))
+        abort();
+    g_main_context_pop_thread_default(m->context);
+    pthread_create(&m->thread, NULL, run, m);
+    return m;
+}
+
+void mock_usb_unplug(struct mock_usb *m)
+{
+    pthread_mutex_lock(&m->lock);
+    m->gone = true;
+    pthread_mutex_unlock(&m->lock);
+}
+
+void mock_usb_free(struct mock_usb *m)
+{
+    if (!m->device.forbidden)
+        umockdev_testbed_detach_ioctl(m->bed, NODE, NULL);
+    g_main_loop_quit(m->loop);
+    pthread_join(m->thread, NULL);
+    umockdev_testbed_remove_device(m->bed, SYS);
+    g_object_unref(m->handler);
+    g_object_unref(m->bed);
+    g_main_loop_unref(m->loop);
+    g_main_context_unref(m->context);
+    pthread_mutex_destroy(&m->lock);
+    free(m);
+}
+
+int mock_usb_n_claimed(struct mock_usb *m)
+{
+    int n;
+
+    pthread_mutex_lock(&m->lock);
+    n = m->n_claimed;
+    pthread_mutex_unlock(&m->lock);
+    return n;
+}
+
+int mock_usb_n_queued(struct mock_usb *m)
+{
+    int n;
+
+    pthread_mutex_lock(&m->lock);
+    n = m->n_queued;
+    pthread_mutex_unlock(&m->lock);
+    return n;
+}
