@@ -9,6 +9,7 @@
 #include "core/base/err.h"
 #include "core/grid/terrain.h"
 #include "drivers/file/file.h"
+#include "drivers/hokuyo/hokuyo.h"
 #include "drivers/kinect/kinect.h"
 #include "drivers/synth/synth.h"
 #include "drivers/v4l2/v4l2.h"
@@ -37,6 +38,7 @@ struct dx_stream_config {
         struct dx_synth_config synthetic;
         struct dx_v4l2_config v4l2;
         struct dx_kinect_config kinect;
+        struct dx_hokuyo_config hokuyo;
     } source; /* its address is what the driver's open() takes */
     struct dx_record_config record;
     uint32_t commit_ms;

@@ -72,6 +72,21 @@ static int check_v4l2(const struct check *c, uint32_t n)
     return 0;
 }
 
+static int check_hokuyo(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const struct dx_hokuyo_config *h = &s->source.hokuyo;
+    const char *why;
+
+    if (strcmp(s->driver, "hokuyo"))
+        return 0;
+    why = dx_hokuyo_check(h);
+    if (why)
+        return fail_stream(c, n, "hokuyo", why);
+    why = h->stage.exact ? dx_terrain_params_check_exact(&s->mesh) : NULL;
+    return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : 0;
+}
+
 static int check_record(const struct check *c, uint32_t n)
 {
     const struct dx_record_config *r = &c->config->streams[n].record;
@@ -112,6 +127,8 @@ static int check_stream(const struct check *c, uint32_t n)
     r = check_record(c, n);
     if (!r && !strcmp(s->driver, "v4l2"))
         r = check_v4l2(c, n);
+    if (!r)
+        r = check_hokuyo(c, n);
     return r ? r : check_exact(c, n);
 }
 

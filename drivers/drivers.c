@@ -2,14 +2,15 @@
 #include "drivers/driver.h"
 
 #include "drivers/file/file.h"
+#include "drivers/hokuyo/hokuyo.h"
 #include "drivers/kinect/kinect.h"
 #include "drivers/synth/synth.h"
 #include "drivers/v4l2/v4l2.h"
 
 #include <string.h>
 
-const struct dx_driver *const dx_drivers[] = {&dx_file_driver, &dx_synth_driver, &dx_v4l2_driver,
-                                              &dx_kinect_driver, NULL};
+const struct dx_driver *const dx_drivers[] = {&dx_file_driver,   &dx_synth_driver,  &dx_v4l2_driver,
+                                              &dx_kinect_driver, &dx_hokuyo_driver, NULL};
 
 const struct dx_driver *dx_driver_find(const char *name)
 {

@@ -101,3 +101,9 @@ half() { echo "$(($1 / 2)).$(($1 % 2 * 5))"; }
 
 # status: the service's own words
 status() { dexel status --socket "$run/control.sock" --json; }
+
+# device KEY: what the status says of the stream's device: its "state", "lost", "damaged" ...
+device() { status | sed -n 's/.*"device":{\([^}]*\)}.*/\1/p' | tr , '\n' | sed -n "s/^\"$1\":\"*\([^\"]*\)\"*$/\1/p"; }
+device_is() { [ "$(device "$1")" = "$2" ]; }
+# device_above KEY N
+device_above() { [ "$(device "$1")" -gt "$2" ]; }

@@ -427,7 +427,7 @@ static void test_example(void **state)
     dx_config_fini(&c);
     uncomment(text);
     good(&c, text);
-    assert_int_equal(c.n_streams, 4);
+    assert_int_equal(c.n_streams, 5);
     all = printed(&c);
     dx_config_fini(&c);
     assert_true(!strncmp(shipped, all, strlen(shipped))); /* what is commented out is the default */

@@ -83,7 +83,7 @@ static void test_scalars(void **state)
     strcpy(name + len + 63, "}]");
     bad_bytes(name, strlen(name),
               "t.yaml:1:11: streams[0]: found no driver, expected one of "
-              "synthetic, file, v4l2, kinect");
+              "synthetic, file, v4l2, kinect, hokuyo");
     strcpy(name + len + 63, "n}]");
     bad_bytes(name, strlen(name),
               "t.yaml:1:18: streams[0].name: found "
@@ -193,7 +193,8 @@ static void test_keys(void **state)
          "t.yaml:3:12: streams[0].mesh.seam: unknown key, expected one of sigma, tilt, cap, diag, "
          "rescue, mixed, bridge, caps, normals, smooth, paper, noise_gate"},
         {STREAM "    usb: {}", "t.yaml:3:5: streams[0].usb: unknown key, expected one of name, "
-                               "commit_ms, ingest, mesh, record, synthetic, file, v4l2, kinect"},
+                               "commit_ms, ingest, mesh, record, synthetic, file, v4l2, kinect, "
+                               "hokuyo"},
         {"threads: 1\nmax_clients: 5\nthreads: 1\n",
          "t.yaml:3:1: threads: duplicate key, already on line 1"},
         {SYNTHETIC "    mesh:\n      cap: 1\n      cap: 2\n",
@@ -203,8 +204,8 @@ static void test_keys(void **state)
                                        "letters, digits and . _ -"},
         {STREAM "    file:\n",
          "t.yaml:3:10: streams[0].file.path: missing, expected a path of 1 to 4095 bytes"},
-        {STREAM,
-         "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, v4l2, kinect"},
+        {STREAM, "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, v4l2, "
+                 "kinect, hokuyo"},
         {STREAM "    file: {path: x}\n    synthetic:\n",
          "t.yaml:4:5: streams[0].synthetic: found a second driver beside 'file', expected one"},
         {"[threads]", "t.yaml:1:1: found a list, expected a map of keys"},

@@ -1,0 +1,477 @@
+/*
+ * The driver: a link, a session on it, an angle source, and for decoding a stage. read() drives the
+ * session until a scan is whole; the block is made around the scan's bytes where they lie. Owned by
+ * the reader thread; wake() from any.
+ */
+#include "drivers/hokuyo/hokuyo.h"
+
+#include "drivers/hokuyo/scip_block.h"
+#include "drivers/hokuyo/scip_link.h"
+#include "drivers/hokuyo/scip_session.h"
+
+#include "core/base/trig.h"
+#include "drivers/replay.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define IN_LEN      4096
+#define READ_MS     100           /* most that read() waits */
+#define START_UP_NS 8000000000ull /* silence before the first scan that is no stall */
+#define MS          1000000u
+
+struct dx_device {
+    struct dx_hokuyo_config config; /* without its texts */
+
+    /* the device's half */
+    struct dx_scip_link *link;
+    struct dx_scip_session session;
+    struct dx_angle_source *angle;
+    bool started;
+    char serial[64];    /* that is wanted; "": any */
+    uint8_t in[IN_LEN]; /* bytes [in_at, in_len) wait for the session */
+    size_t in_at, in_len;
+    uint64_t in_ns; /* when they came */
+    uint64_t n_blocks;
+    struct dx_angle_sample samples[DX_SCIP_BLOCK_ANGLES];
+
+    /* the decoder's half */
+    struct dx_turning_stage *stage;
+    uint32_t n;          /* values that the arrays hold */
+    uint32_t *range;     /* [n] */
+    uint16_t *intensity; /* [n] */
+    char model[32];
+    uint64_t n_scans;
+    struct dx_scip_tally tally; /* of the last scan */
+};
+
+const char *dx_hokuyo_check(const struct dx_hokuyo_config *c)
+{
+    const char *ways[] = {c->tty, c->tcp, c->port};
+    unsigned n = 0;
+
+    for (size_t k = 0; k < sizeof(ways) / sizeof(ways[0]); k++)
+        n += ways[k] && ways[k][0];
+    if (n > 1)
+        return "found several of tty, tcp and port, expected one";
+    if (c->first_step >= 0 && c->last_step >= 0 && c->first_step >= c->last_step)
+        return "found a last_step that is not behind first_step";
+    return dx_stage_check(&c->stage);
+}
+
+static void hokuyo_close(struct dx_device *dev)
+{
+    if (!dev)
+        return;
+    dx_scip_link_close(dev->link);
+    dx_scip_session_fini(&dev->session);
+    dx_angle_close(dev->angle);
+    dx_stage_free(dev->stage);
+    free(dev->range);
+    free(dev->intensity);
+    free(dev);
+}
+
+static int new_device(struct dx_device **out, const struct dx_hokuyo_config *c, struct dx_err *err)
+{
+    const char *why = dx_hokuyo_check(c);
+    struct dx_device *dev;
+
+    if (why)
+        return dx_err_set(err, -EINVAL, "hokuyo: %s", why);
+    dev = calloc(1, sizeof(*dev));
+    if (!dev)
+        return dx_err_set(err, -ENOMEM, "hokuyo: no memory");
+    dev->config = *c;
+    dev->config.tty = dev->config.tcp = dev->config.port = dev->config.serial = NULL; /* not ours */
+    *out = dev;
+    return 0;
+}
+
+static int open_decoder(struct dx_device **out, const void *config, struct dx_err *err)
+{
+    struct dx_device *dev = NULL;
+    int r = new_device(&dev, config, err);
+
+    if (r)
+        return r;
+    r = dx_stage_new(&dev->stage, &dev->config.stage, err);
+    if (r) {
+        hokuyo_close(dev);
+        return r;
+    }
+    *out = dev;
+    return 0;
+}
+
+static struct dx_scip_want wanted(const struct dx_hokuyo_config *c)
+{
+    return (struct dx_scip_want){
+        .intensity = c->attr_bytes > 0 || c->echo == DX_HOKUYO_ECHO_STRONGEST,
+        .echoes = c->echo != DX_HOKUYO_ECHO_ONE,
+        .first_step = (int32_t)c->first_step,
+        .last_step = (int32_t)c->last_step,
+        .cluster = c->cluster,
+        .skip = c->skip,
+    };
+}
+
+static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err *err)
+{
+    const struct dx_hokuyo_config *c = config;
+    struct dx_device *dev = NULL;
+    int r = open_decoder(&dev, config, err);
+
+    if (r)
+        return r;
+    if (c->serial)
+        snprintf(dev->serial, sizeof(dev->serial), "%s", c->serial);
+    r = dx_scip_link_open(&dev->link, c, err);
+    if (r == 0)
+        r = dx_angle_open(&dev->angle, &dev->config.stage.angle, err);
+    if (r) {
+        hokuyo_close(dev);
+        return r;
+    }
+    *out = dev;
+    return 0;
+}
+
+static int hokuyo_start(struct dx_device *dev, struct dx_err *err)
+{
+    struct dx_scip_want want = wanted(&dev->config);
+    int r;
+
+    dx_scip_session_fini(&dev->session);
+    r = dx_scip_session_init(&dev->session, &want, DX_SCIP_BLOCK_HEADROOM, dx_pace_now());
+    if (r)
+        return dx_err_set(err, r, "%s: no memory", dev->link->place);
+    dev->in_at = dev->in_len = 0;
+    dev->n_blocks = 0;
+    dev->started = true;
+    return 0;
+}
+
+/* ---- read -------------------------------------------------------------------------------------
+ */
+
+/* The scan in the session, with the angles that the stage had during it. */
+static void make_block(struct dx_device *dev, struct dx_block *block)
+{
+    const struct dx_scip_session *s = &dev->session;
+    const struct dx_scip_scan *scan = &s->scan;
+    double step_ns = dx_scip_period_ns(&s->params) / s->params.ares;
+    uint64_t from_ns = scan->host_ns + (uint64_t)(step_ns * s->request.first);
+    uint64_t until_ns = scan->host_ns + (uint64_t)(step_ns * (s->request.last + 1));
+    struct dx_scip_block b = {
+        .flags = (scan->degraded ? DX_SCIP_BLOCK_DEGRADED : 0) |
+                 (scan->unsure ? DX_SCIP_BLOCK_UNSURE : 0),
+        .status = scan->head.status,
+        .params = s->params,
+        .first = s->request.first,
+        .last = s->request.last,
+        .cluster = s->request.cluster,
+        .skip = s->request.skip,
+        .command = {(uint8_t)s->request.command[0], (uint8_t)s->request.command[1]},
+        .device_ns = scan->device_ns,
+        .host_ns = scan->host_ns,
+        .arrival_ns = scan->arrival_ns,
+    };
+    size_t n_angles =
+        dev->angle->ops->samples(dev->angle, from_ns, until_ns, dev->samples, DX_SCIP_BLOCK_ANGLES);
+
+    snprintf(b.serial, sizeof(b.serial), "%.15s", s->identity.serial);
+    *block = (struct dx_block){
+        .stamp = {scan->arrival_ns, scan->device_ns, DX_CLOCK_DEVICE},
+        .number = dev->n_blocks,
+        .first = dev->n_blocks == 0,
+        .source = dev->link->place,
+    };
+    block->bytes =
+        dx_scip_block_put(s->lines.reply, scan->len, &b, dev->samples, n_angles, &block->len);
+    dev->n_blocks++;
+}
+
+/* Feeds what waits; 0 when a scan has become whole. */
+static int feed(struct dx_device *dev)
+{
+    struct dx_scip_session *s = &dev->session;
+
+    while (dev->in_at < dev->in_len) {
+        dev->in_at +=
+            dx_scip_session_feed(s, dev->in + dev->in_at, dev->in_len - dev->in_at, dev->in_ns);
+        if (s->scan_ready)
+            return 0;
+    }
+    return DX_DRIVER_E_AGAIN;
+}
+
+static int send_waiting(struct dx_device *dev, struct dx_err *err)
+{
+    struct dx_scip_session *s = &dev->session;
+    size_t len = s->out_len;
+    int r;
+
+    if (len == 0)
+        return 0;
+    r = dev->link->ops->write(dev->link, s->out, len, err);
+    if (r == 0)
+        dx_scip_session_sent(s, len, dx_pace_now());
+    return r;
+}
+
+/* Milliseconds until the session, the angle source or the caller wants to be heard. */
+static int wait_ms(const struct dx_device *dev, uint64_t until_ns, uint64_t now_ns)
+{
+    uint64_t next = dev->session.deadline_ns < until_ns ? dev->session.deadline_ns : until_ns;
+    uint64_t ms = next > now_ns ? (next - now_ns + MS - 1) / MS : 0;
+
+    if (dev->angle->pump_ms && ms > dev->angle->pump_ms)
+        ms = dev->angle->pump_ms;
+    return (int)ms;
+}
+
+static int check_serial(const struct dx_device *dev, struct dx_err *err)
+{
+    const char *found = dev->session.identity.serial, *want = dev->serial;
+
+    if (!want[0] || !found[0] || !strcmp(found, want))
+        return 0;
+    return dx_err_set(err, DX_DRIVER_E_GONE, "%s: serial number is '%s', expected '%s'",
+                      dev->link->place, found, want);
+}
+
+/* One wait for bytes. 0: look again. */
+static int step(struct dx_device *dev, uint64_t until_ns, struct dx_err *err)
+{
+    uint64_t now = dx_pace_now();
+    int r;
+
+    dx_scip_session_tick(&dev->session, now);
+    if (dev->session.dead)
+        return dx_err_set(err, -ETIMEDOUT, "%s: %s", dev->link->place, dev->session.trouble);
+    r = send_waiting(dev, err);
+    if (r == 0)
+        r = dev->angle->ops->pump(dev->angle, err);
+    if (r == 0)
+        r = dev->link->ops->read(dev->link, dev->in, sizeof(dev->in), &dev->in_len,
+                                 wait_ms(dev, until_ns, now), err);
+    dev->in_at = 0;
+    if (r) {
+        dev->in_len = 0;
+        return r;
+    }
+    dev->in_ns = dx_pace_now();
+    return 0;
+}
+
+static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
+{
+    uint64_t until = dx_pace_now() + (uint64_t)READ_MS * MS;
+    int r;
+
+    while ((r = feed(dev)) == DX_DRIVER_E_AGAIN) {
+        if (dx_pace_now() >= until)
+            return r;
+        r = check_serial(dev, err);
+        if (r == 0)
+            r = step(dev, until, err);
+        if (r)
+            return r;
+    }
+    make_block(dev, block);
+    return 0;
+}
+
+/* ---- decode -----------------------------------------------------------------------------------
+ */
+
+static int hold(struct dx_device *dev, uint32_t n, struct dx_err *err)
+{
+    if (n <= dev->n)
+        return 0;
+    free(dev->range);
+    free(dev->intensity);
+    dev->range = calloc(n, sizeof(*dev->range));
+    dev->intensity = calloc(n, sizeof(*dev->intensity));
+    dev->n = dev->range && dev->intensity ? n : 0;
+    return dev->n ? 0 : dx_err_set(err, -ENOMEM, "hokuyo: no memory");
+}
+
+static struct dx_line_shape shape_of(const struct dx_scip_block *b, uint32_t n, uint8_t attr_bytes)
+{
+    double step = 2 * DX_PI / b->params.ares, centre = b->first + (b->cluster - 1) / 2.0;
+
+    return (struct dx_line_shape){
+        .n = n,
+        .angle0_rad = (centre - b->params.afrt) * step,
+        .step_rad = step * b->cluster,
+        .max_m = b->params.dmax * 0.001,
+        .lines_s = 1e9 / dx_scip_period_ns(&b->params) / (b->skip + 1),
+        .attr_bytes = attr_bytes,
+    };
+}
+
+static struct dx_line line_of(const struct dx_device *dev, const struct dx_scip_block *b,
+                              struct dx_angle_sample *angles, const struct dx_block *block)
+{
+    double step_ns = dx_scip_period_ns(&b->params) / b->params.ares;
+
+    for (uint32_t k = 0; k < b->n_angles; k++)
+        angles[k] = dx_scip_block_angle(b, k);
+    return (struct dx_line){
+        .host_ns = b->host_ns + (uint64_t)(step_ns * (b->first + (b->cluster - 1) / 2.0)),
+        .step_ns = step_ns * b->cluster,
+        .range = dev->range,
+        .attr = dev->config.attr_bytes ? dev->intensity : NULL,
+        .angle = angles,
+        .n_angles = b->n_angles,
+        .stamp = block->stamp,
+    };
+}
+
+static enum dx_scip_echo choice(const struct dx_hokuyo_config *c)
+{
+    return c->echo == DX_HOKUYO_ECHO_LAST        ? DX_SCIP_LAST
+           : c->echo == DX_HOKUYO_ECHO_STRONGEST ? DX_SCIP_STRONGEST
+                                                 : DX_SCIP_FIRST;
+}
+
+/* A block's ranges into dev->range. */
+static int unpack(struct dx_device *dev, const struct dx_scip_block *b, uint32_t n,
+                  struct dx_err *err)
+{
+    struct dx_scip_format format;
+    struct dx_scip_head head;
+    int r = hold(dev, n, err);
+
+    if (r)
+        return r;
+    if (!dx_scip_format_of(&format, b->command))
+        return dx_err_set(err, -EBADMSG, "byte 14: unknown command");
+    if (!dx_scip_scan_check(&head, b->scan, b->scan_len))
+        return dx_err_set(err, -EBADMSG, "byte %zu: a damaged scan",
+                          DX_SCIP_BLOCK_HEADER + b->n_angles * (size_t)DX_SCIP_BLOCK_SAMPLE);
+    return dx_scip_scan_decode(dev->range, NULL, dev->intensity, n, &dev->tally, &b->params,
+                               &format, choice(&dev->config), head.data, err);
+}
+
+static int spoilt(const struct dx_block *block, int r, struct dx_err *err)
+{
+    char where[96];
+
+    snprintf(where, sizeof(where), "%.60s: block %llu", block->source ? block->source : "?",
+             (unsigned long long)block->number);
+    dx_err_prefix(err, where);
+    return r == -EBADMSG || r == -EINVAL ? DX_DRIVER_E_CORRUPT : r;
+}
+
+static int hokuyo_decode(struct dx_device *dev, const struct dx_block *block,
+                         const struct dx_frame_sink *sink, struct dx_err *err)
+{
+    struct dx_scip_block b;
+    struct dx_line_shape shape;
+    struct dx_line line;
+    uint32_t n;
+    int r = dx_scip_block_get(&b, block->bytes, block->len, err);
+
+    if (block->first)
+        dx_stage_restart(dev->stage);
+    if (r)
+        return spoilt(block, r, err);
+    n = dx_scip_n_values(b.first, b.last, b.cluster);
+    r = unpack(dev, &b, n, err);
+    if (r)
+        return spoilt(block, r, err);
+    shape = shape_of(&b, n, dev->config.attr_bytes);
+    r = dx_stage_shape(dev->stage, &shape, sink, err);
+    if (r)
+        return r < 0 ? spoilt(block, r, err) : r;
+    memcpy(dev->model, b.params.model, sizeof(dev->model));
+    line = line_of(dev, &b, dev->samples, block);
+    dev->n_scans++;
+    return dx_stage_put(dev->stage, &line, sink);
+}
+
+/* ---- the rest ---------------------------------------------------------------------------------
+ */
+
+static void hokuyo_stop(struct dx_device *dev)
+{
+    struct dx_scip_session *s = &dev->session;
+    struct dx_err err;
+    int r = 0;
+
+    if (!dev->started)
+        return;
+    dev->started = false;
+    dx_scip_session_stop(s, dx_pace_now());
+    while (r == 0 && s->state != DX_SCIP_STOPPED) {
+        r = step(dev, s->deadline_ns, &err);
+        r = r == DX_DRIVER_E_AGAIN ? 0 : r;
+        while (feed(dev) == 0)
+            ; /* what still comes is not wanted */
+    }
+}
+
+static void hokuyo_wake(struct dx_device *dev)
+{
+    dev->link->ops->wake(dev->link);
+}
+
+static uint64_t hokuyo_silence_ns(const struct dx_device *dev)
+{
+    const struct dx_scip_session *s = &dev->session;
+
+    if (s->state != DX_SCIP_STREAM || s->n_since_start == 0)
+        return START_UP_NS;
+    return (uint64_t)(8 * dx_scip_period_ns(&s->params) * (s->request.skip + 1));
+}
+
+static void hokuyo_health(const struct dx_device *dev, struct dx_device_health *out)
+{
+    const struct dx_scip_session *s = &dev->session;
+
+    *out = (struct dx_device_health){.n_lost = s->counts.n_lost, .n_damaged = s->counts.n_bad};
+    snprintf(out->serial, sizeof(out->serial), "%s", s->identity.serial);
+    snprintf(out->place, sizeof(out->place), "%s", dev->link->place);
+    if (s->trouble[0] || s->stat[0])
+        snprintf(out->trouble, sizeof(out->trouble), "%s", s->trouble[0] ? s->trouble : s->stat);
+    else
+        dev->angle->ops->trouble(dev->angle, out->trouble, sizeof(out->trouble));
+}
+
+static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)
+{
+    const struct dx_geometry *g = dx_stage_geometry(dev->stage);
+    struct dx_stage_counts c = dx_stage_counts(dev->stage);
+
+    if (!g) {
+        snprintf(text, len, "hokuyo: no scan yet");
+        return;
+    }
+    snprintf(text, len, "%s: %llu scans, %ux%u, %s; late %llu, outside %llu, angle unknown %llu",
+             dev->model, (unsigned long long)dev->n_scans, g->width, g->height,
+             dx_stage_layout_text(dev->stage), (unsigned long long)c.n_late,
+             (unsigned long long)c.n_outside, (unsigned long long)c.n_uncertain);
+}
+
+static const char *const subsystems[] = {"usb", "tty", NULL};
+
+const struct dx_driver dx_hokuyo_driver = {
+    .name = "hokuyo",
+    .subsystems = subsystems,
+    .open = hokuyo_open,
+    .open_decoder = open_decoder,
+    .start = hokuyo_start,
+    .read = hokuyo_read,
+    .decode = hokuyo_decode,
+    .stop = hokuyo_stop,
+    .close = hokuyo_close,
+    .wake = hokuyo_wake,
+    .silence_ns = hokuyo_silence_ns,
+    .health = hokuyo_health,
+    .describe = hokuyo_describe,
+};

@@ -1,0 +1,44 @@
+/*
+ * The way to a scanner: bytes in, bytes out, behind one small table. Reader thread, save wake().
+ */
+#ifndef DX_SCIP_LINK_H
+#define DX_SCIP_LINK_H
+
+#include "drivers/hokuyo/hokuyo.h"
+
+struct dx_scip_link;
+
+struct dx_scip_link_ops {
+    /* Sends all; a scanner takes a command at once or is not there. 0, GONE, or negative. */
+    int (*write)(struct dx_scip_link *link, const uint8_t *bytes, size_t len, struct dx_err *err);
+    /* Waits for bytes and takes up to `cap` of them. 0: *len came. AGAIN: woken, or the time ran
+     * out. GONE, or negative: open it anew. */
+    int (*read)(struct dx_scip_link *link, uint8_t *bytes, size_t cap, size_t *len, int timeout_ms,
+                struct dx_err *err);
+    void (*wake)(struct dx_scip_link *link); /* any thread: ends a read() now, or the next */
+    void (*close)(struct dx_scip_link *link);
+};
+
+struct dx_scip_link {
+    const struct dx_scip_link_ops *ops;
+    char place[128]; /* for people and for health: "/dev/ttyACM0", "192.168.0.10:10940" */
+};
+
+/* GONE: it is not there; negative: it is, but cannot be had. err says what was looked for. */
+int dx_scip_link_open_tty(struct dx_scip_link **out, const char *path, uint32_t baud,
+                          struct dx_err *err);
+int dx_scip_link_open_tcp(struct dx_scip_link **out, const char *address, struct dx_err *err);
+int dx_scip_link_open_usb(struct dx_scip_link **out, const char *port, struct dx_err *err);
+
+/* By what the configuration names. */
+int dx_scip_link_open(struct dx_scip_link **out, const struct dx_hokuyo_config *config,
+                      struct dx_err *err);
+void dx_scip_link_close(struct dx_scip_link *link); /* NULL is fine */
+
+/* ---- links over a file descriptor (scip_fd.c) -------------------------------------------------
+ */
+
+/* Takes the fd, which does not block, also when it fails. -ENOMEM, or from eventfd. */
+int dx_scip_link_new_fd(struct dx_scip_link **out, int fd, const char *place, struct dx_err *err);
+
+#endif
