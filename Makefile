@@ -177,7 +177,7 @@ check-long: check
 HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/redir_*.c tests/hil/guest/*.c)))
 hil: deps
 	+@B=$(B) MAKE='$(MAKE)' sh tests/hil/hil.sh
-hil-programs: $(HIL_PROGRAMS)
+hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim
 	@:
 $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)

@@ -107,3 +107,58 @@ device() { status | sed -n 's/.*"device":{\([^}]*\)}.*/\1/p' | tr , '\n' | sed -
 device_is() { [ "$(device "$1")" = "$2" ]; }
 # device_above KEY N
 device_above() { [ "$(device "$1")" -gt "$2" ]; }
+
+# scip_stream KEYS...: a configuration, $run/dexeld.yaml, with a stream of a SCIP scanner on a stage that turns by 6
+# rounds a minute; scip_scanner starts the scanner (scip_sim) at the link $run/scip, and scip_expect N waits for N
+# whole frames of the room that it stands in (room_check.c)
+scip_stream() {
+  {
+    echo "socket: $run/mesh.sock"
+    echo "control_socket: $run/control.sock"
+    echo "streams:"
+    echo "  - name: turret"
+    echo "    hokuyo:"
+    echo "      stage: {rpm: 6, sweep: half, exact: yes}"
+    for key in "$@"; do echo "      $key"; done
+  } >"$run/dexeld.yaml"
+}
+scip_scanner() {
+  scip_sim --pty "$run/scip" --model urg-04lx --rpm 6 --room=-2,-1.5,-0.8,3,2.5,1.7 "$@" >"$run/scip.log" &
+  await 5 test -e "$run/scip"
+}
+scip_expect() { room_check "$run/mesh.sock" "$1" -2 -1.5 -0.8 3 2.5 1.7; }
+
+# A scanner with USB: the gadget side of the kernel's own CDC-ACM on dummy_hcd, joined to $run/scip; plug_scip and
+# unplug_scip attach it to the bus. Its tty on the host's side is /dev/ttyACM0.
+load_scip_gadget() {
+  modprobe dummy_hcd
+  modprobe usb_f_acm
+  modprobe cdc-acm
+  gadget=/sys/kernel/config/usb_gadget/scip
+  mkdir -p $gadget/strings/0x409 $gadget/configs/c.1 $gadget/functions/acm.0
+  echo 0x15d1 >$gadget/idVendor
+  echo 0x0000 >$gadget/idProduct
+  echo 'Hokuyo Automatic Co, Ltd.' >$gadget/strings/0x409/manufacturer
+  echo 'URG-Series USB Driver' >$gadget/strings/0x409/product
+  echo full-speed >$gadget/max_speed
+  ln -s $gadget/functions/acm.0 $gadget/configs/c.1
+  await 5 test -c /dev/ttyGS0
+}
+plug_scip() {
+  stty -F /dev/ttyGS0 raw -echo
+  cat /dev/ttyGS0 >"$run/scip" &
+  wires=$!
+  cat "$run/scip" >/dev/ttyGS0 &
+  wires="$wires $!"
+  echo dummy_udc.0 >$gadget/UDC
+}
+unplug_scip() {
+  echo >$gadget/UDC
+  # shellcheck disable=SC2086 # words
+  kill $wires 2>/dev/null || true
+}
+unload_scip_gadget() {
+  rm $gadget/configs/c.1/acm.0
+  rmdir $gadget/configs/c.1 $gadget/functions/acm.0 $gadget/strings/0x409 $gadget
+  rmmod usb_f_acm cdc-acm dummy_hcd
+}

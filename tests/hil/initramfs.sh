@@ -55,7 +55,7 @@ pack_tests() {
   rm -rf "$root"
   mkdir -p "$root/expected" "$root/tests/hil/guest"
   # shellcheck disable=SC2046 # a list of programs
-  with_libraries "$root" "$B/bin/dexeld" "$B/bin/dexel" $(find "$hil/bin" -type f ! -name 'redir_*')
+  with_libraries "$root" "$B/bin/dexeld" "$B/bin/dexel" "$B/tests/scip_sim" $(find "$hil/bin" -type f ! -name 'redir_*')
   install -m 755 tests/hil/init "$root/init"
   cp tests/daemon.sh "$root/tests"
   cp tests/hil/runner.sh tests/hil/devices.sh "$root/tests/hil"
