@@ -135,7 +135,7 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
-UMOCK := $(addprefix $(B)/tests/,test_udev test_v4l2 test_v4l2_errors)
+UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors)
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
 $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 # tests/unit/v4l2_kernel.h

@@ -5,6 +5,7 @@
 #include "daemon/log.h"
 
 #include <errno.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <systemd/sd-device.h>
@@ -46,8 +47,11 @@ void dx_presence_free(struct dx_presence *p)
 int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (*poke)(void *ctx),
                     void *ctx)
 {
-    struct watcher *w = calloc(1, sizeof(*w));
+    struct watcher *w;
 
+    if (!*subsystems) /* a device on the network */
+        return 0;
+    w = calloc(1, sizeof(*w));
     if (!w)
         return -ENOMEM;
     *w = (struct watcher){p->watchers, subsystems, poke, ctx};
@@ -91,17 +95,16 @@ static int start(struct dx_presence *p, sd_event *event)
     return r < 0 ? r : sd_device_monitor_start(p->monitor, on_device, p);
 }
 
-bool dx_presence_start(struct dx_presence *p, struct sd_event *event)
+void dx_presence_start(struct dx_presence *p, struct sd_event *event)
 {
     int r;
 
     if (!p->watchers)
-        return false;
+        return;
     r = start(p, event);
     if (r >= 0 && access("/run/udev/control", F_OK) == 0)
-        return true;
+        return;
     dx_log_warning("presence", "devices that come are found every %u s only: %s",
                    (unsigned)(DX_LIFE_LOOK_NS / 1000000000u),
                    r < 0 ? strerror(-r) : "no udevd runs");
-    return false;
 }

@@ -6,8 +6,6 @@
 #ifndef DX_PRESENCE_H
 #define DX_PRESENCE_H
 
-#include <stdbool.h>
-
 struct dx_presence;
 struct sd_event;
 
@@ -19,7 +17,7 @@ int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (
                     void *ctx);
 
 /* Nothing when nothing was added. Where no udevd runs, a warning: devices are then found by the
- * looks of their readers. True: there are events. */
-bool dx_presence_start(struct dx_presence *p, struct sd_event *event);
+ * looks of their readers. */
+void dx_presence_start(struct dx_presence *p, struct sd_event *event);
 
 #endif

@@ -197,20 +197,19 @@ static void show(struct dx_reader_device *d)
 {
     struct dx_reader_device_status *s = &d->status;
     enum dx_life_state state = d->life.state;
-    bool changed = state != s->state, again;
+    bool changed = state != s->state;
 
     if (state == DX_LIFE_STREAMING || state == DX_LIFE_OPENING)
         d->why.text[0] = '\0';
+    if (!changed && strncmp(s->reason, d->why.text, sizeof(s->reason) - 1) == 0)
+        return; /* so it is with each block; and only this thread writes the status */
     pthread_mutex_lock(&d->lock);
-    again = changed || strncmp(s->reason, d->why.text, sizeof(s->reason) - 1) != 0;
     if (changed)
         count_change(s, s->state, state);
     s->state = state;
     s->since_ns = d->life.since_ns;
     copy_reason(s->reason, d->why.text);
     pthread_mutex_unlock(&d->lock);
-    if (!again)
-        return;
     log_change(d);
     if (state != DX_LIFE_STREAMING)
         dx_mailbox_put_state(d->mailbox, told_as(state), s->reason);
@@ -219,12 +218,17 @@ static void show(struct dx_reader_device *d)
 /* ---- health ----------------------------------------------------------------------------------
  */
 
+/* Who it is stays known when it no longer says so: that is the one that is missed. */
 static void ask_health(struct dx_reader_device *d)
 {
     struct dx_device_health h = {0};
     bool is_new;
 
     d->driver->health(d->device, &h);
+    if (!*h.serial && d->any_block)
+        memcpy(h.serial, d->status.health.serial, sizeof(h.serial));
+    if (!*h.place && d->any_block)
+        memcpy(h.place, d->status.health.place, sizeof(h.place));
     is_new = *h.trouble && strcmp(d->status.health.trouble, h.trouble) != 0;
     h.n_lost += d->n_lost;
     h.n_damaged += d->n_damaged;

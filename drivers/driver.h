@@ -101,7 +101,7 @@ struct dx_driver {
     const char *name; /* the key in the configuration: "file", "synthetic" */
 
     /* Of drivers of devices: where sd-device tells that one has come or gone ("video4linux",
-     * "usb"), ends with NULL. NULL: no device. */
+     * "usb"), ends with NULL; empty for those on the network. NULL: no device. */
     const char *const *subsystems;
 
     /* Opens what `config` (the driver's own struct) names; reads no frame yet. Of devices: GONE

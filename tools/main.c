@@ -14,6 +14,7 @@ static const struct {
 } commands[] = {
     {"cat", "dexel cat", cmd_cat, "receive the mesh of a stream; write it to a file"},
     {"status", "dexel status", cmd_status, "show the streams and clients of a running dexeld"},
+    {"devices", "dexel devices", cmd_devices, "list attached devices, as streams to configure"},
     {"record", "dexel record", cmd_record, "start and end the recording of a stream"},
     {"replay", "dexel replay", cmd_replay, "pause, step and move the replay of a recording"},
     {"mesh", "dexel mesh", cmd_mesh, "mesh a scan file without the service"},

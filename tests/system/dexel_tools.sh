@@ -31,6 +31,11 @@ for options in '--encoding f32' '--encoding q16' '--encoding delta' '--threads 1
   [ "$(digest)" = "$last" ] || fail "another mesh with $options"
 done
 
+expect 0 "$dexel" devices
+expect 0 "$dexel" devices --json
+grep -q '^{"devices":\[.*\]}$' out || fail 'devices --json is no object'
+expect 2 "$dexel" devices more
+
 start_dexeld --replay seq --rate max --wait 1 --socket "$run/mesh.sock" || exit 1
 expect 0 "$dexel" cat --socket mesh.sock --lossless --encoding q16 --every -o every-%06d.ply --stats
 [ "$(digest)" = "$last" ] || fail 'lossless cat ends with another mesh'

@@ -16,7 +16,7 @@
     "    synthetic: {scene: moving-box, size: 32x24, noise: 0.002, parts: 8, rate: max,\n"         \
     "                frames: 20, seed: " #seed "}\n"
 
-enum { FRAMES = 20, PARTS = 4 };
+enum { FRAMES = 20, PARTS = 4, RETURN = 9 }; /* RETURN: frame at which the device came back */
 
 /* ---- recording -------------------------------------------------------------------------------
  */
@@ -69,6 +69,7 @@ static void record(const char *folder, const char *name, const char *yaml, uint6
     assert_int_equal(dx_recorder_new(&r, &c, &err), 0);
     while (dx_synth_driver.read(dev, &block, &err) == 0) {
         block.stamp.host_ns = 1000000000u + block.number * (250000000u / PARTS);
+        block.first = block.number == 0 || block.number == RETURN * PARTS;
         dx_recorder_feed(r, &block, block.number % PARTS == 0);
     }
     dx_recorder_stop(r, true);
@@ -133,6 +134,30 @@ static void expect_frame(const struct kept *k, uint64_t number)
             fail_msg("frame %u differs in dexel %zu", (unsigned)number, n);
     dx_plane_fini(&plane);
     dx_config_fini(&config);
+}
+
+static void tells_where_a_stay_begins(void **state)
+{
+    char *folder = make_folder(), *path = path_in(folder, "r.mcap");
+    struct dx_device *dev;
+    struct dx_block block;
+    struct dx_err err;
+    uint64_t n = 0;
+    int rc;
+
+    (void)state;
+    record(folder, "r.mcap", YAML(5), 0);
+    dev = open_player(path, false, 0);
+    while ((rc = dx_player_driver.read(dev, &block, &err)) != DX_DRIVER_E_EOF) {
+        if (rc == DX_DRIVER_E_AGAIN)
+            continue;
+        assert_int_equal(block.first, n == 0 || n == RETURN * PARTS);
+        n++;
+    }
+    assert_int_equal(n, FRAMES * PARTS);
+    dx_player_driver.close(dev);
+    free(path);
+    remove_folder(folder);
 }
 
 static void plays_what_was_recorded(void **state)
@@ -321,6 +346,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(plays_what_was_recorded),
+        cmocka_unit_test(tells_where_a_stay_begins),
         cmocka_unit_test(jumps),
         cmocka_unit_test(pauses_and_steps),
         cmocka_unit_test(plays_what_is_left),

@@ -166,6 +166,45 @@ static void a_hundred_unpluggings_leave_nothing_behind(void **state)
     assert_int_equal(n_entries("/proc/self/task"), n_threads);
 }
 
+/* Lines of standard error while a device flaps: a few, and how many there would have been. */
+static void a_flapping_device_does_not_flood_the_log(void **state)
+{
+    FILE *log = tmpfile();
+    int saved = dup(STDERR_FILENO);
+    uint64_t start_ns = dx_clock_ns(), passed_s;
+    unsigned n_lines = 0, n_unsaid = 0;
+    char line[1200];
+    struct rig r;
+
+    (void)state;
+    assert_non_null(log);
+    assert_true(dup2(fileno(log), STDERR_FILENO) >= 0);
+    fake.present = true;
+    start(&r);
+    dx_log_set_level(LOG_INFO);
+    for (unsigned k = 0; k < 10; k++) {
+        await(&r, DX_STREAM_LIVE);
+        fake.present = false;
+        await(&r, DX_STREAM_GONE);
+        fake.present = true;
+        poke(&r);
+    }
+    join(&r);
+    dx_log_set_level(-1);
+    passed_s = (dx_clock_ns() - start_ns) / 1000000000u;
+    assert_true(dup2(saved, STDERR_FILENO) >= 0);
+    close(saved);
+    rewind(log);
+    while (fgets(line, sizeof(line), log)) {
+        n_lines += strstr(line, "reader: t: ") != NULL;
+        n_unsaid += strstr(line, "left out") != NULL;
+    }
+    fclose(log);
+    assert_true(n_lines >= 6);
+    assert_true(n_lines <= 6 + 1 + passed_s / 10);
+    assert_true(n_unsaid <= n_lines - 6);
+}
+
 static void another_geometry_is_told(void **state)
 {
     struct rig r;
@@ -280,6 +319,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_hundred_unpluggings_leave_nothing_behind),
+        cmocka_unit_test(a_flapping_device_does_not_flood_the_log),
         cmocka_unit_test(another_geometry_is_told),
         cmocka_unit_test(silence_is_told_and_its_end),
         cmocka_unit_test(a_fault_is_told_and_tried_again),
