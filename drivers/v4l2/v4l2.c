@@ -136,7 +136,8 @@ static void v4l2_health(const struct dx_device *dev, struct dx_device_health *ou
     snprintf(out->serial, sizeof(out->serial), "%s", dev->serial);
     snprintf(out->place, sizeof(out->place), "%s", dev->place);
     if (newest && dx_pace_now() - newest < TROUBLE_NS)
-        snprintf(out->trouble, sizeof(out->trouble), "had to be started anew %llu times",
+        snprintf(out->trouble, sizeof(out->trouble),
+                 "the stream failed and was started anew, %llu in all",
                  (unsigned long long)s->n_restarts);
 }
 

@@ -117,10 +117,14 @@ int dx_v4l2_capture_on(struct dx_v4l2_capture *c, struct dx_err *err)
 
     for (unsigned k = 0; k < c->n_buffers && r == 0; k++)
         r = dx_v4l2_capture_queue(c, k, err);
-    if (r)
-        return r;
-    r = dx_v4l2_call(c, VIDIOC_STREAMON, &type);
-    return r ? dx_v4l2_failed(c, r, "VIDIOC_STREAMON", err) : 0;
+    if (r == 0) {
+        r = dx_v4l2_call(c, VIDIOC_STREAMON, &type);
+        if (r == 0)
+            return 0;
+        r = dx_v4l2_failed(c, r, "VIDIOC_STREAMON", err);
+    }
+    (void)dx_v4l2_call(c, VIDIOC_STREAMOFF, &type); /* what was queued comes back */
+    return r;
 }
 
 int dx_v4l2_capture_off(struct dx_v4l2_capture *c, struct dx_err *err)

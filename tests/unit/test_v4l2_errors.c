@@ -129,7 +129,7 @@ static void test_io_error(void **state)
     assert_int_equal(kernel.n_off, 1);
     assert_int_equal(kernel.n_on, 2);
     assert_int_equal(kernel.n_queued, KERNEL_BUFFERS);
-    assert_non_null(strstr(health().trouble, "started anew 1 time"));
+    assert_non_null(strstr(health().trouble, "started anew, 1 in all"));
     expect_frame(0);
     expect_frame(1);
     assert_int_equal(health().n_lost, 0);
@@ -171,6 +171,22 @@ static void test_restart_fails(void **state)
     kernel.fail_at = 2; /* DQBUF, then STREAMOFF */
     kernel.fail_code = ENODEV;
     expect_end(DX_DRIVER_E_GONE, "/dev/video0: unplugged");
+}
+
+/* A start that fails half way can be tried again. */
+static void test_start_fails(void **state)
+{
+    (void)state;
+    dx_v4l2_driver.stop(dev);
+    kernel.n_ioctls = 0;
+    kernel.fail_at = KERNEL_BUFFERS + 1; /* STREAMON */
+    kernel.fail_code = EBUSY;
+    assert_int_equal(dx_v4l2_driver.start(dev, &err), -EBUSY);
+    assert_non_null(strstr(err.text, "/dev/video0: VIDIOC_STREAMON: Device or resource busy"));
+    assert_int_equal(kernel.n_queued, 0);
+    KERNEL_SCRIPT(STEP_FRAME);
+    assert_int_equal(dx_v4l2_driver.start(dev, &err), 0);
+    expect_frame(0);
 }
 
 static void test_ended(void **state)
@@ -343,6 +359,7 @@ int main(void)
         TEST(test_io_errors),
         TEST(test_rare_io_errors),
         TEST(test_restart_fails),
+        TEST(test_start_fails),
         TEST(test_ended),
         TEST(test_end_event),
         TEST(test_lost_state),

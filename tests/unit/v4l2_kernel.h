@@ -19,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <umockdev.h>
 #include <unistd.h>
@@ -305,13 +306,15 @@ static void *kernel_run(void *unused)
     return unused;
 }
 
-/* ---- waiting, opening and the clock: the linker's wraps
- * ------------------------------------------- */
+/* ---- the linker's wraps -------------------------------------------------------------------------
+ */
 
 int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
+int __real_stat(const char *path, struct stat *st);
+int __wrap_stat(const char *path, struct stat *st);
 int __real_clock_gettime(clockid_t id, struct timespec *t);
 int __wrap_clock_gettime(clockid_t id, struct timespec *t);
 
@@ -367,6 +370,16 @@ int __wrap_open(const char *path, int flags, ...)
         return -1;
     }
     return __real_open(path, flags, 0600);
+}
+
+/* umockdev's nodes are devices that all have the number 0: each gets one of its own. */
+int __wrap_stat(const char *path, struct stat *st)
+{
+    int r = __real_stat(path, st);
+
+    if (r == 0 && !strncmp(path, "/dev/v", 6))
+        st->st_rdev = st->st_ino;
+    return r;
 }
 
 int __wrap_clock_gettime(clockid_t id, struct timespec *t)
