@@ -42,7 +42,7 @@ struct dx_turning_stage {
     int64_t column;      /* where the stage is */
     int64_t undelivered; /* the first column, in its direction, that was not delivered */
     double far;          /* how far the stage has come, in columns */
-    bool outside;        /* of the swing: nothing is written */
+    bool outside;        /* of the swing, or of the frame's sweep: nothing is written */
 
     /* within dx_stage_put() */
     const struct dx_frame_sink *sink;
@@ -224,6 +224,7 @@ static double within_swing(struct dx_turning_stage *st, double at)
 {
     double end = st->grid.sweep - 1e-6;
 
+    st->outside = false;
     if (st->config.sweep != DX_STAGE_SWING)
         return at;
     st->outside = at < -TREMBLE_SWING || at > end + TREMBLE_SWING;
@@ -240,6 +241,10 @@ static int move_to(struct dx_turning_stage *st, double at)
     column = (int64_t)floor(at);
     sweep = st->config.sweep == DX_STAGE_SWING ? 0 : floor_div(column, st->grid.sweep);
 
+    if (st->open && st->dir != 0 && sweep == st->sweep - st->dir && !has_turned_back(st, at)) {
+        st->outside = true; /* it trembles over the sweep's beginning */
+        return 0;
+    }
     if (st->open && sweep != st->sweep) {
         crossed = st->dir != 0 && sweep == st->sweep + st->dir;
         if (st->dir == 0)

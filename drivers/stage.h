@@ -58,7 +58,7 @@ struct dx_line {
 
 struct dx_stage_counts {
     uint64_t n_late;      /* values for a column that the stage had left */
-    uint64_t n_outside;   /* of the swing */
+    uint64_t n_outside;   /* of the swing; or back over the beginning of a sweep */
     uint64_t n_uncertain; /* left out: the angle was in doubt */
 };
 

@@ -19,7 +19,7 @@
 
 #define IN_LEN      4096
 #define READ_MS     100           /* most that read() waits */
-#define START_UP_NS 8000000000ull /* silence before the first scan that is no stall */
+#define SILENCE_NS  2000000000ull /* of a scanner whose speed is not known yet */
 #define MS          1000000u
 
 struct dx_device {
@@ -426,8 +426,8 @@ static uint64_t hokuyo_silence_ns(const struct dx_device *dev)
     const struct dx_scip_session *s = &dev->session;
 
     if (s->state != DX_SCIP_STREAM || s->n_since_start == 0)
-        return START_UP_NS;
-    return (uint64_t)(8 * dx_scip_period_ns(&s->params) * (s->request.skip + 1));
+        return SILENCE_NS;
+    return (uint64_t)(16 * dx_scip_period_ns(&s->params) * (s->request.skip + 1));
 }
 
 static void hokuyo_health(const struct dx_device *dev, struct dx_device_health *out)

@@ -85,11 +85,11 @@ int dx_scip_link_open_tcp(struct dx_scip_link **out, const char *address, struct
     snprintf(place, sizeof(place), "%.100s:%.20s", host, port);
     r = getaddrinfo(host, port, &hints, &list);
     if (r)
-        return dx_err_set(err, DX_DRIVER_E_GONE, "%s: %s", place, gai_strerror(r));
+        return dx_err_set(err, -EHOSTUNREACH, "%s: %s", place, gai_strerror(r));
     for (const struct addrinfo *a = list; a && fd < 0; a = a->ai_next)
         fd = connect_to(a);
     freeaddrinfo(list);
-    if (fd < 0)
-        return dx_err_set(err, DX_DRIVER_E_GONE, "%s: %s", place, strerror(-fd));
+    if (fd < 0) /* not GONE: nothing would tell that it has come */
+        return dx_err_set(err, fd, "%s: %s", place, strerror(-fd));
     return dx_scip_link_new_fd(out, fd, place, err);
 }

@@ -1,0 +1,512 @@
+/*
+ * A line scanner on a turning stage, in a room whose walls are known: where do the points of the
+ * frames lie, and what is delivered when? A point stands at its column's middle, so it may be off
+ * by half a column's way; with `exact` it stands where the stage was.
+ */
+#include "drivers/stage.h"
+#include "tests/hil/scip_device.h"
+
+#include <errno.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+
+#define S          1000000000ull
+#define N_STEPS    1081
+#define PERIOD_NS  25000000ull
+#define MAX_FRAMES 64
+
+/* A sink that watches: no column comes twice in a frame, none changes once it was delivered. */
+struct watch {
+    struct dx_geometry *geometry;
+    struct dx_plane plane;
+    uint64_t frame;
+    bool filling;
+    uint8_t *delivered; /* [width] */
+    uint32_t *kept;     /* what a delivered column held: [height * width] */
+    uint32_t n_geometry, n_parts, n_ended, n_columns; /* columns of this frame */
+    double filled[MAX_FRAMES];                        /* share of the dexels, of ended frames */
+    double worst_m[MAX_FRAMES]; /* from the walls, beyond what the column's width explains */
+    uint32_t n_cols[MAX_FRAMES];
+    const double *room;
+    bool closing;
+};
+
+static int on_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
+{
+    struct watch *w = ctx;
+
+    dx_geometry_unref(w->geometry);
+    dx_plane_fini(&w->plane);
+    free(w->delivered);
+    free(w->kept);
+    w->geometry = dx_geometry_ref(g);
+    assert_int_equal(dx_plane_init_for(&w->plane, g, attr_bytes), 0);
+    w->delivered = calloc(g->width, 1);
+    w->kept = calloc((size_t)g->width * g->height, sizeof(*w->kept));
+    assert_true(w->delivered && w->kept);
+    w->n_geometry++;
+    w->filling = false;
+    return 0;
+}
+
+static struct dx_plane *on_plane(void *ctx, uint64_t number)
+{
+    struct watch *w = ctx;
+
+    if (w->closing)
+        return NULL;
+    if (!w->filling || number != w->frame) {
+        assert_true(w->n_ended == 0 || number > w->frame);
+        dx_plane_clear(&w->plane);
+        memset(w->delivered, 0, w->geometry->width);
+        w->frame = number;
+        w->filling = true;
+        w->n_columns = 0;
+    }
+    return &w->plane;
+}
+
+static double from_walls(const double room[6], const float p[3])
+{
+    double best = INFINITY;
+
+    for (int k = 0; k < 6; k++) {
+        double d = fabs((double)p[k % 3] - room[k]);
+
+        best = d < best ? d : best;
+    }
+    return best;
+}
+
+static void end_frame(struct watch *w)
+{
+    const struct dx_geometry *g = w->geometry;
+    double column_rad = 2 * DX_PI / g->width; /* where the columns are a whole turn */
+    size_t n = 0;
+    double worst = 0;
+
+    if (!g->wrap)
+        column_rad = acos((double)g->table[0] * g->table[2] + (double)g->table[1] * g->table[3]);
+    for (size_t k = 0; k < dx_plane_n_dexels(&w->plane); k++) {
+        uint32_t range = dx_plane_range(&w->plane, k), col = (uint32_t)(k % g->width);
+        double slack = 0.001;
+        float p[3];
+
+        if (w->delivered[col])
+            assert_int_equal(w->kept[k], range);
+        else
+            assert_int_equal(range, 0);
+        if (!range)
+            continue;
+        n++;
+        if (g->exact)
+            memcpy(p, w->plane.xyz + 3 * k, sizeof(p));
+        else
+            dx_geometry_point(g, (uint32_t)(k / g->width), col, range, p);
+        if (!g->exact)
+            slack += 0.5 * column_rad * sqrt((double)p[0] * p[0] + (double)p[1] * p[1]);
+        worst = fmax(worst, from_walls(w->room, p) - slack);
+    }
+    assert_true(w->n_ended < MAX_FRAMES);
+    w->filled[w->n_ended] = (double)n / (double)dx_plane_n_dexels(&w->plane);
+    w->worst_m[w->n_ended] = worst;
+    w->n_cols[w->n_ended++] = w->n_columns;
+    w->filling = false;
+}
+
+static void on_deliver(void *ctx, const struct dx_frame_part *part)
+{
+    struct watch *w = ctx;
+
+    assert_true(w->filling && part->frame == w->frame);
+    assert_true(part->n_cols > 0 && part->col0 + part->n_cols <= w->geometry->width);
+    for (uint32_t j = part->col0; j < part->col0 + part->n_cols; j++) {
+        assert_false(w->delivered[j]);
+        w->delivered[j] = 1;
+        for (size_t i = 0; i < w->geometry->height; i++)
+            w->kept[i * w->geometry->width + j] =
+                dx_plane_range(&w->plane, i * w->geometry->width + j);
+    }
+    w->n_columns += part->n_cols;
+    w->n_parts++;
+    if (part->last)
+        end_frame(w);
+}
+
+/* ---- a scanner in a room ----------------------------------------------------------------------
+ */
+
+struct rig {
+    struct watch watch;
+    struct dx_frame_sink sink;
+    struct dx_turning_stage *stage;
+    struct dx_angle_source *source;
+    struct scip_sim sim;
+    struct dx_line_shape shape;
+    uint64_t now;
+};
+
+static void rig_init(struct rig *r, const struct dx_stage_config *c)
+{
+    struct dx_err err = {""};
+
+    memset(r, 0, sizeof(*r));
+    scip_sim_init(&r->sim, &scip_models[2], 0);
+    r->sim.pose = (struct scip_pose){.rpm = c->angle.rpm,
+                                     .start_deg = c->angle.start_deg,
+                                     .swing_deg = c->angle.swing_deg,
+                                     .clockwise = c->angle.clockwise};
+    memcpy(r->sim.pose.offset, c->offset_m, sizeof(c->offset_m));
+    memcpy(r->sim.pose.angles_deg, c->angles_deg, sizeof(c->angles_deg));
+    r->watch.room = r->sim.room;
+    r->sink = (struct dx_frame_sink){&r->watch, on_geometry, on_plane, on_deliver};
+    r->shape = (struct dx_line_shape){.n = N_STEPS,
+                                      .angle0_rad = -0.75 * DX_PI,
+                                      .step_rad = DX_PI / 720,
+                                      .max_m = 60,
+                                      .lines_s = 40};
+    r->now = 100 * S;
+    assert_int_equal(dx_stage_new(&r->stage, c, &err), 0);
+    assert_int_equal(dx_angle_open(&r->source, &c->angle, &err), 0);
+    assert_int_equal(dx_stage_shape(r->stage, &r->shape, &r->sink, &err), 0);
+}
+
+static void rig_fini(struct rig *r)
+{
+    dx_stage_free(r->stage);
+    dx_angle_close(r->source);
+    dx_geometry_unref(r->watch.geometry);
+    dx_plane_fini(&r->watch.plane);
+    free(r->watch.delivered);
+    free(r->watch.kept);
+}
+
+/* The scan that begins now; its ranges. */
+static int scan_with(struct rig *r, const struct dx_angle_sample *angle, size_t n_angles)
+{
+    static uint32_t range[N_STEPS];
+    double step_ns = (double)PERIOD_NS / 1440;
+    struct dx_line line = {.host_ns = r->now,
+                           .step_ns = step_ns,
+                           .range = range,
+                           .angle = angle,
+                           .n_angles = n_angles};
+    int result;
+
+    for (uint32_t i = 0; i < r->shape.n; i++) {
+        double psi = scip_sim_stage(&r->sim.pose, r->now + (uint64_t)(i * step_ns));
+        double a = r->shape.angle0_rad + i * r->shape.step_rad;
+
+        range[i] = (uint32_t)rint(scip_sim_range(&r->sim, a, psi) * 1000);
+    }
+    result = dx_stage_put(r->stage, &line, &r->sink);
+    r->now += PERIOD_NS;
+    return result;
+}
+
+static int scan(struct rig *r)
+{
+    struct dx_angle_sample angle[8];
+    size_t n = r->source->ops->samples(r->source, r->now, r->now + PERIOD_NS * 3 / 4, angle, 8);
+
+    return scan_with(r, angle, n);
+}
+
+static void turn(struct rig *r, double seconds)
+{
+    for (uint64_t until = r->now + (uint64_t)(seconds * 1e9); r->now < until;)
+        assert_int_equal(scan(r), 0);
+}
+
+/* All ended frames but the first, which began where the stage happened to be. */
+static void expect_frames(const struct rig *r, uint32_t least, double filled)
+{
+    assert_true(r->watch.n_ended >= least);
+    for (uint32_t k = 0; k < r->watch.n_ended; k++) {
+        assert_true(r->watch.worst_m[k] <= 0);
+        assert_true(k == 0 || r->watch.filled[k] >= filled);
+    }
+    assert_int_equal(r->watch.n_geometry, 1);
+}
+
+/* ---- whole turns ------------------------------------------------------------------------------
+ */
+
+/* One half sees everything: a row for each of its steps, a column for each angle. */
+static void full_turn(void **state)
+{
+    (void)state;
+    for (int clockwise = 0; clockwise < 2; clockwise++) {
+        struct dx_stage_config c = {.angle = {.rpm = 10, .clockwise = clockwise != 0}};
+        struct rig r;
+
+        rig_init(&r, &c);
+        turn(&r, 15.2);
+        assert_int_equal(r.watch.geometry->width, 234);  /* 240 scans in a turn */
+        assert_int_equal(r.watch.geometry->height, 719); /* of 721 steps, two look along the axis */
+        assert_true(r.watch.geometry->wrap);
+        assert_string_equal(dx_stage_layout_text(r.stage), "front half");
+        expect_frames(&r, 2, 1);
+        assert_int_equal(r.watch.n_cols[1], 234);
+        assert_int_equal(dx_stage_counts(r.stage).n_late, 0);
+        rig_fini(&r);
+    }
+}
+
+/* A mount beside the axis, askew: carried exactly by the spinning model. */
+static void offset_mount(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10, .start_deg = 33},
+                                .offset_m = {0.12, -0.07, 0.3},
+                                .angles_deg = {7, 12, 25}};
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    turn(&r, 13);
+    expect_frames(&r, 2, 1);
+    rig_fini(&r);
+    c.halves = DX_STAGE_HALVES_BOTH; /* the same, and the other half as a second layer */
+    rig_init(&r, &c);
+    turn(&r, 13);
+    assert_string_equal(dx_stage_layout_text(r.stage), "both halves in layers");
+    expect_frames(&r, 2, 0.74); /* the other half sees half of its circle, either end of it */
+    rig_fini(&r);
+}
+
+/* Columns come as the stage leaves them. */
+static void parts_as_it_turns(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 6}, .columns = 100};
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    turn(&r, 10); /* a whole turn: the frame that began in it is at its start */
+    turn(&r, 5);
+    assert_in_range(r.watch.n_columns, 48, 50);
+    assert_true(r.watch.n_parts >= 98); /* each as soon as it was left, and the last of the turn */
+    rig_fini(&r);
+}
+
+/* A stage too fast for its columns: what it skips is delivered empty. */
+static void skipped_columns(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10}, .columns = 960};
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    turn(&r, 13);
+    assert_int_equal(r.watch.n_cols[1], 960);
+    assert_true(r.watch.filled[1] > 0.2 && r.watch.filled[1] < 0.3);
+    assert_true(r.watch.worst_m[1] <= 0);
+    rig_fini(&r);
+}
+
+/* ---- half turns -------------------------------------------------------------------------------
+ */
+
+/* It looks up: each scan paints two columns, and half a turn is a whole frame. */
+static void half_turns(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10},
+                                .sweep = DX_STAGE_HALF,
+                                .angles_deg = {0, 90, 0},
+                                .offset_m = {0, 0, 0.25}};
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    turn(&r, 13);
+    assert_string_equal(dx_stage_layout_text(r.stage), "both halves joined");
+    assert_int_equal(r.watch.geometry->height, 540);
+    expect_frames(&r, 4, 1);
+    assert_int_equal(r.watch.n_cols[1], 234);
+    rig_fini(&r);
+    c.offset_m[0] = 0.1; /* beside the axis one row cannot be both: two layers */
+    rig_init(&r, &c);
+    turn(&r, 13);
+    assert_string_equal(dx_stage_layout_text(r.stage), "both halves in layers");
+    expect_frames(&r, 4, 0.49);
+    rig_fini(&r);
+    c.exact = true; /* points of their own: joined, and no column's width counts */
+    c.angles_deg[0] = 3;
+    rig_init(&r, &c);
+    turn(&r, 13);
+    assert_string_equal(dx_stage_layout_text(r.stage), "both halves joined");
+    expect_frames(&r, 4, 0.99);
+    rig_fini(&r);
+}
+
+/* ---- back and forth ---------------------------------------------------------------------------
+ */
+
+static void back_and_forth(void **state)
+{
+    (void)state;
+    for (int clockwise = 0; clockwise < 2; clockwise++) {
+        struct dx_stage_config c = {
+            .angle = {.rpm = 10, .start_deg = 20, .swing_deg = 120, .clockwise = clockwise != 0},
+            .sweep = DX_STAGE_SWING,
+            .halves = DX_STAGE_HALVES_FRONT};
+        struct rig r;
+
+        rig_init(&r, &c);
+        turn(&r, 13); /* two seconds a way */
+        assert_int_equal(r.watch.geometry->width, 78);
+        assert_false(r.watch.geometry->wrap);
+        expect_frames(&r, 5, 0.97); /* a column may be missed where it turns back */
+        assert_int_equal(dx_stage_counts(r.stage).n_outside, 0);
+        rig_fini(&r);
+        c.halves = DX_STAGE_HALVES_BOTH; /* what looks back, in columns of its own */
+        c.angles_deg[1] = 90;
+        rig_init(&r, &c);
+        turn(&r, 13);
+        assert_int_equal(r.watch.geometry->width, 234);
+        assert_string_equal(dx_stage_layout_text(r.stage), "both halves joined");
+        expect_frames(&r, 5, 0.97 * 2 / 3);
+        rig_fini(&r);
+    }
+}
+
+/* ---- several values, doubtful angles, new stays -----------------------------------------------
+ */
+
+static void mean_of_several(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10}, .columns = 24, .mean = true};
+    const struct dx_angle_sample still = {0, 0.1, false};
+    uint32_t row = 360, want = 0, n = 0;
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    r.sim.pose = (struct scip_pose){.start_deg = dx_deg(0.1)};
+    for (int k = 0; k < 5; k++) { /* the same column; ranges differ by 4 mm */
+        r.sim.room[3] = 4 + 0.004 * k;
+        assert_int_equal(scan_with(&r, &still, 1), 0);
+    }
+    for (uint32_t i = 0; i < r.watch.geometry->height; i++)
+        n += dx_plane_range(&r.watch.plane, (size_t)i * 24) > 0;
+    assert_int_equal(n, 719);
+    want = dx_plane_range(&r.watch.plane, (size_t)row * 24);
+    assert_true(want > 4000); /* it looks at that wall */
+    rig_fini(&r);
+    c.mean = false;
+    rig_init(&r, &c);
+    r.sim.pose = (struct scip_pose){.start_deg = dx_deg(0.1)};
+    r.sim.room[3] = 4.008;
+    assert_int_equal(scan_with(&r, &still, 1), 0);
+    assert_in_range(want, dx_plane_range(&r.watch.plane, (size_t)row * 24) - 1,
+                    dx_plane_range(&r.watch.plane, (size_t)row * 24) + 1);
+    rig_fini(&r);
+}
+
+static void doubtful_angles(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10}, .columns = 100};
+    struct dx_angle_sample angle[3];
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    for (uint64_t k = 0; k < 3; k++)
+        angle[k] =
+            (struct dx_angle_sample){r.now + k * PERIOD_NS / 4, 0.01 + 0.001 * (double)k, k == 2};
+    assert_int_equal(scan_with(&r, angle, 3), 0);
+    assert_in_range(dx_stage_counts(r.stage).n_uncertain, 700, 740); /* the second stretch */
+    angle[2] = (struct dx_angle_sample){r.now + PERIOD_NS, 100, false};
+    angle[1].host_ns = r.now + 1;
+    angle[0].host_ns = r.now;
+    assert_int_equal(scan_with(&r, angle, 3), 0); /* no stage turns so fast */
+    assert_true(dx_stage_counts(r.stage).n_uncertain > N_STEPS + 600);
+    assert_int_equal(scan_with(&r, NULL, 0), 0);
+    assert_int_equal(r.watch.n_ended, 0);
+    rig_fini(&r);
+}
+
+/* An encoder trembles: no frame ends, and no column is written again. */
+static void trembling(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10}, .columns = 100};
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    for (int k = 0; k < 400; k++) {
+        double at = 0.02 * k + (k % 2 ? 0.04 : -0.04);
+        struct dx_angle_sample a = {r.now, at < 0 ? 0 : at, false};
+
+        r.sim.pose = (struct scip_pose){.start_deg = dx_deg(a.angle_rad)};
+        assert_int_equal(scan_with(&r, &a, 1), 0);
+    }
+    assert_int_equal(r.watch.n_ended, 1); /* 8 radians */
+    assert_int_equal(r.watch.n_cols[0], 100);
+    assert_true(dx_stage_counts(r.stage).n_late > 0);
+    rig_fini(&r);
+}
+
+static void new_stay(void **state)
+{
+    struct dx_stage_config c = {.angle = {.rpm = 10}, .columns = 100};
+    struct dx_err err;
+    uint64_t frame;
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, &c);
+    turn(&r, 2);
+    frame = r.watch.frame;
+    dx_stage_restart(r.stage);
+    assert_int_equal(scan(&r), 0);
+    assert_true(r.watch.frame > frame);
+    r.shape.n = 541; /* another scanner: another geometry */
+    assert_int_equal(dx_stage_shape(r.stage, &r.shape, &r.sink, &err), 0);
+    assert_int_equal(r.watch.n_geometry, 2);
+    assert_int_equal(scan(&r), 0);
+    assert_int_equal(dx_stage_shape(r.stage, &r.shape, &r.sink, &err), 0);
+    assert_int_equal(r.watch.n_geometry, 2); /* told when it changes, only */
+    r.watch.closing = true;
+    assert_int_equal(scan(&r), DX_DRIVER_E_AGAIN);
+    rig_fini(&r);
+}
+
+static void what_cannot_be(void **state)
+{
+    const struct dx_line_shape shape = {
+        .n = 100, .angle0_rad = -0.5, .step_rad = 0.01, .max_m = 10, .lines_s = 40};
+    struct dx_stage_config c = {.angle = {.rpm = 10}, .angles_deg = {90, 0, 0}};
+    struct watch w = {0};
+    struct dx_frame_sink sink = {&w, on_geometry, on_plane, on_deliver};
+    struct dx_turning_stage *st;
+    struct dx_err err;
+
+    (void)state;
+    assert_int_equal(dx_stage_new(&st, &c, &err), 0);
+    assert_int_equal(dx_stage_shape(st, &shape, &sink, &err), -EINVAL);
+    assert_non_null(strstr(err.text, "level"));
+    dx_stage_free(st);
+    c.columns = 101;
+    assert_non_null(dx_stage_check(&c));
+    c = (struct dx_stage_config){.angle = {.rpm = 10}, .exact = true, .mean = true};
+    assert_non_null(dx_stage_check(&c));
+    c = (struct dx_stage_config){.angle = {.rpm = 10}, .sweep = DX_STAGE_SWING};
+    assert_non_null(dx_stage_check(&c));
+    assert_int_equal(dx_stage_new(&st, &c, &err), -EINVAL);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(full_turn),         cmocka_unit_test(offset_mount),
+        cmocka_unit_test(parts_as_it_turns), cmocka_unit_test(skipped_columns),
+        cmocka_unit_test(half_turns),        cmocka_unit_test(back_and_forth),
+        cmocka_unit_test(mean_of_several),   cmocka_unit_test(doubtful_angles),
+        cmocka_unit_test(trembling),         cmocka_unit_test(new_stay),
+        cmocka_unit_test(what_cannot_be),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
