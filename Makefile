@@ -21,6 +21,7 @@ datarootdir ?= $(prefix)/share
 mandir ?= $(datarootdir)/man
 docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
+udevrulesdir ?= $(prefix)/lib/udev/rules.d
 INSTALL ?= install
 
 PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4 libusb-1.0 libgpiod
@@ -147,6 +148,8 @@ $(B)/obj/tests/unit/mock_usb.o: override CFLAGS += $(UMOCKDEV_CFLAGS)
 $(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
+$(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
+$(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka
@@ -233,7 +236,8 @@ format:
 install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
-	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir) $(DESTDIR)$(sysconfdir)/dexeld
+	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
+	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -247,6 +251,9 @@ install: all
 	$(INSTALL) -m 644 docs/dexeld.8 $(DESTDIR)$(mandir)/man8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
 	  $(DESTDIR)$(docdir)
+	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
+	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
+	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)
 	[ -e $(DESTDIR)$(sysconfdir)/dexeld/dexeld.yaml ] || \
 	  $(INSTALL) -m 644 config/dexeld.yaml $(DESTDIR)$(sysconfdir)/dexeld
 
