@@ -185,9 +185,10 @@ hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim
 $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
-$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/orders.c)
+$(B)/hil/bin/redir_kinect: $(call obj,tests/hil/kinect_sim.c)
+$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/orders.c) $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ -lusbredirparser
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lusbredirparser
 
 asan:
 	@$(MAKE) --no-print-directory B=build/asan OPT=-O1 \

@@ -48,10 +48,12 @@ unload_gpio_sim() {
   rmmod gpio-sim
 }
 
-# camera ORDER: to redir_uvc on the other side; its answer is $answer
-camera() {
-  exec 4<>/dev/ttyS2
-  echo "$1" >&4
+# camera ORDER, kinect ORDER: to redir_uvc and redir_kinect on the other side; the answer is $answer
+camera() { order /dev/ttyS2 "$1"; }
+kinect() { order /dev/ttyS3 "$1"; }
+order() {
+  exec 4<>"$1"
+  echo "$2" >&4
   read -r answer <&4
   exec 4>&-
 }
@@ -73,20 +75,18 @@ load_camera() {
   video=$(video_of 'Simulated depth')
 }
 
-# depth_stream FORMAT WxH KEYS...: a configuration, $run/dexeld.yaml, with a stream "camera" of the V4L2 driver; the
+# depth_stream DRIVER WxH KEYS...: a configuration, $run/dexeld.yaml, with a stream "camera" of a driver of depth cameras; the
 # camera's axis meets the middle, its focal length is as many pixels as it is wide. KEYS: "path: /dev/video0"
 depth_stream() {
-  width=${2%x*} height=${2#*x}
+  driver=$1 width=${2%x*} height=${2#*x}
+  shift 2
   {
     echo "socket: $run/mesh.sock"
     echo "control_socket: $run/control.sock"
     echo "streams:"
     echo "  - name: camera"
-    echo "    v4l2:"
-    echo "      format: $1"
-    echo "      size: $2"
+    echo "    $driver:"
     echo "      fx: $width"
-    shift 2
     for key in "$@"; do echo "      $key"; done
   } >"$run/dexeld.yaml"
 }
@@ -162,3 +162,7 @@ unload_scip_gadget() {
   rmdir $gadget/configs/c.1 $gadget/functions/acm.0 $gadget/strings/0x409 $gadget
   rmmod usb_f_acm cdc-acm dummy_hcd
 }
+# device_tells KEY TEXT: TEXT is in it
+device_tells() { device "$1" | grep -q "$2"; }
+# counted KEY: a number of the stream's: "frames" that were meshed, those skipped in the "mailbox"
+counted() { status | sed -n "s/.*\"$1\":\([0-9]*\).*/\1/p"; }

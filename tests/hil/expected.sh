@@ -1,6 +1,7 @@
 #!/bin/sh
 # What the guest must arrive at, made on this side: expected.sh FOLDER
-#   hall.sha256   of the mesh of a simulated scene
+#   hall.sha256     of the mesh of a simulated scene
+#   kinect.pixels   what redir_kinect shows
 set -eu
 B=${B:-build}
 out=$1
@@ -8,3 +9,4 @@ out=$1
 "$B/bin/dexel" mesh "$out/hall.pcd" -o "$out/hall.ply"
 (cd "$out" && sha256sum hall.ply >hall.sha256)
 rm "$out/hall.ply"
+"$B/hil/bin/redir_kinect" --pixels "$out/kinect.pixels"

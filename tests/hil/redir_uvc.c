@@ -1,10 +1,14 @@
 /*
  * redir_uvc SOCKET ORDERS: a UVC 1.1 depth camera (Z16, 640x480, 30 frames a second, bulk) for
  * QEMU's usb-redir; the guest's uvcvideo makes a /dev/video of it. Shows depth_pattern(). Like a
- * camera it leaves a frame out when nobody fetches in time. Orders beside plug and unplug: count
- * answers "sent N missed N" since it was plugged fps N           frames a second from now on cut
- * ends the next frame in the middle bad             marks the next frame as damaged, in its header
- *   unplug-in       unplugs in the middle of the next frame
+ * camera it leaves a frame out when nobody fetches in time.
+ *
+ * Orders beside plug and unplug:
+ *   count        answers "sent N missed N" since it was plugged
+ *   fps N        frames a second from now on
+ *   cut          ends the next frame in the middle
+ *   bad          marks the next frame as damaged, in its header
+ *   unplug-in    unplugs in the middle of the next frame
  */
 #include "tests/hil/redir.h"
 #include "tests/hil/depth_pattern.h"

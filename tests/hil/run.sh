@@ -2,12 +2,12 @@
 # Boots the guest and shows what its tests say; exit 0 when all passed.
 #   tests/hil/run.sh [TEST...]     all of tests/hil/guest, or those named
 #   tests/hil/run.sh --shell       a shell in it instead, on this terminal (Ctrl-A X ends it)
-# First serial port: the console, $B/hil/console.log. Second: results. Third: orders to the USB camera, which is a
-# program on this side (redir_uvc.c). Always emulated: what there is of KVM on a build machine may hang.
+# First serial port: the console, $B/hil/console.log. Second: results. Third and fourth: orders to the USB cameras,
+# which are programs on this side (redir_uvc.c, redir_kinect.c). Always emulated: what there is of KVM on a build machine may hang.
 set -eu
 B=${B:-build}
 hil=$B/hil
-limit_s=${HIL_LIMIT_S:-900}
+limit_s=${HIL_LIMIT_S:-1500}
 
 run=$(mktemp -d)
 pids=
@@ -40,12 +40,13 @@ guest() {
   # shellcheck disable=SC2086 # a list of arguments
   timeout "$limit_s" qemu-system-x86_64 -accel tcg,thread=multi -machine pc -cpu max -smp "${HIL_CPUS:-1}" -m 768 \
     -nodefaults -no-user-config -display none -no-reboot -kernel "$hil/kernel/vmlinux" -initrd "$hil/guest.cpio" \
-    -append "console=ttyS0 quiet loglevel=4 panic=-1 tsc=reliable mitigations=off nokaslr random.trust_cpu=on $what" \
+    -append "console=ttyS0 quiet loglevel=3 panic=-1 tsc=reliable mitigations=off nokaslr random.trust_cpu=on $what" \
     -serial "file:$hil/console.log" -serial "$results" $devices
 }
 
 devices="-device qemu-xhci,id=usb"
-if [ -e "$hil/bin/redir_uvc" ]; then camera camera redir_uvc; fi
+camera camera redir_uvc
+camera kinect redir_kinect
 
 if [ "$what" = hil_shell ]; then guest; exit; fi
 guest </dev/null | tee "$hil/results.log"

@@ -33,6 +33,7 @@ run() {
     read -r up _ </proc/uptime
     echo "---- $name: status $code, at $up s"
     cat "$log/$name"
+    [ $code = 0 ] || [ $code = 77 ] || dmesg | tail -n 30
   } >/dev/console
   case $code in
     0) passed=$((passed + 1)); echo "pass  hil/$name" ;;

@@ -8,7 +8,7 @@ set -eu
 load_vivid
 video_set "$video" 'Test Pattern' 4 'OSD Text Mode' 2
 video_grab "$video" Y16 320x180 2 "$run/pixels"
-depth_stream Y16 320x180 "path: $video" 'fps: 30'
+depth_stream v4l2 320x180 'format: Y16' 'size: 320x180' "path: $video" 'fps: 30'
 start_dexeld -c "$run/dexeld.yaml"
 await 20 device_is state streaming
 depth_expect 1 "$run/pixels"

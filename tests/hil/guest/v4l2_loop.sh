@@ -11,7 +11,7 @@ loop_writer /dev/video10 Z16 320x240 10 100000 &
 writer=$!
 await 5 grep -q '320x240' /sys/class/video4linux/video10/format
 
-depth_stream Z16 320x240 'path: /dev/video10'
+depth_stream v4l2 320x240 'format: Z16' 'size: 320x240' 'path: /dev/video10'
 start_dexeld -c "$run/dexeld.yaml"
 depth_expect 20
 status

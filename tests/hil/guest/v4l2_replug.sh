@@ -7,7 +7,7 @@ set -eu
 
 modprobe xhci-pci
 modprobe uvcvideo
-depth_stream auto 640x480 'serial: HIL0001'
+depth_stream v4l2 640x480 'format: auto' 'size: 640x480' 'serial: HIL0001'
 start_dexeld -c "$run/dexeld.yaml"
 await 10 device_is state absent
 depth_expect 12 &

@@ -5,7 +5,7 @@ set -eu
 . tests/hil/devices.sh
 
 load_camera
-depth_stream auto 640x480 'serial: HIL0001'
+depth_stream v4l2 640x480 'format: auto' 'size: 640x480' 'serial: HIL0001'
 start_dexeld -c "$run/dexeld.yaml"
 depth_expect 10
 status

@@ -11,7 +11,7 @@ video_grab "$video" Y16 320x180 2 "$run/pixels"
 video_grab "$video" Y16 320x180 2 "$run/again"
 cmp "$run/pixels" "$run/again"
 
-depth_stream Y16 320x180 "path: $video"
+depth_stream v4l2 320x180 'format: Y16' 'size: 320x180' "path: $video"
 start_dexeld -c "$run/dexeld.yaml"
 depth_expect 3 "$run/pixels"
 status
