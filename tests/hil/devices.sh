@@ -4,14 +4,14 @@ wrong() { echo "$1"; exit 1; }
 
 # await SECONDS COMMAND...: until COMMAND succeeds; looks again ten times a second
 await() {
-  tries=$(($1 * 10))
+  until_s=$(($(up_s) + $1))
   shift
   until "$@" >/dev/null 2>&1; do
-    tries=$((tries - 1))
-    [ $tries -gt 0 ] || wrong "waited in vain: $*"
+    [ "$(up_s)" -lt $until_s ] || wrong "waited in vain: $*"
     sleep 0.1
   done
 }
+up_s() { cut -d. -f1 /proc/uptime; }
 
 # video_of NAME: prints the node of the first V4L2 device whose name begins so
 video_of() {
