@@ -7,8 +7,10 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #define ALIGN 32
+#define PAGE  4096
 #define SKIP  0
 
 /* Before each entry. */
@@ -31,14 +33,20 @@ struct put {
 
 int dx_block_ring_init(struct dx_block_ring *r, size_t cap)
 {
-    size_t size = 4096;
+    size_t size = PAGE;
 
     *r = (struct dx_block_ring){0};
     while (size < cap && size < SIZE_MAX / 4)
         size <<= 1;
-    r->bytes = malloc(size);
+    if (posix_memalign((void **)&r->bytes, PAGE, size) != 0)
+        return -ENOMEM;
     r->cap = size;
-    return r->bytes ? 0 : -ENOMEM;
+    return 0;
+}
+
+void dx_block_ring_populate(struct dx_block_ring *r)
+{
+    (void)madvise(r->bytes, r->cap, MADV_POPULATE_WRITE);
 }
 
 void dx_block_ring_fini(struct dx_block_ring *r)
@@ -112,23 +120,10 @@ static void publish(struct put *p)
 
 static bool put_pieces(struct put *p, const struct dx_block *block, bool starts_frame)
 {
-    size_t source_len = strnlen(block->source, DX_RECORDING_MAX_SOURCE), offset = 0;
+    size_t offset = 0;
 
     do {
-        size_t len = block->len - offset;
-        struct dx_recording_piece piece = {
-            .number = block->number,
-            .device_ns = block->stamp.device_ns,
-            .clock_id = block->stamp.clock_id,
-            .flags = (uint16_t)((starts_frame ? DX_RECORDING_STARTS_FRAME : 0) |
-                                (block->first ? DX_RECORDING_FIRST : 0)),
-            .block_len = block->len,
-            .offset = offset,
-            .source = block->source,
-            .source_len = (uint16_t)(offset ? 0 : source_len),
-            .bytes = block->len ? block->bytes + offset : NULL,
-            .len = len < DX_RECORDING_PIECE ? len : DX_RECORDING_PIECE,
-        };
+        struct dx_recording_piece piece = dx_recording_piece_of(block, starts_frame, offset);
         const struct lead lead = {.host_ns = block->stamp.host_ns,
                                   .n_bytes = (uint32_t)dx_recording_piece_len(&piece),
                                   .kind = DX_RING_PIECE,

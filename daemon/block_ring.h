@@ -51,6 +51,10 @@ struct dx_block_ring {
 int dx_block_ring_init(struct dx_block_ring *r, size_t cap);
 void dx_block_ring_fini(struct dx_block_ring *r); /* drops what is left in it */
 
+/* Makes its memory be there, which else is made page by page as the producer comes to it. Beside
+ * producer and consumer; where the kernel cannot, nothing. */
+void dx_block_ring_populate(struct dx_block_ring *r);
+
 /* ---- producer --------------------------------------------------------------------------------
  */
 

@@ -70,10 +70,12 @@ int dx_config_parse(struct dx_config *config, const char *file, const void *byte
                     struct dx_err *err);
 void dx_config_fini(struct dx_config *config);
 
-/* The words of `dexeld --replay PATH [--rate RATE] [--loop] [--wait N] --socket SOCKET`. */
+/* The words of `dexeld --replay PATH [--rate RATE] [--loop] [--wait N] [--start S] [--end S]
+ * [--stamps WORD] --socket SOCKET`. */
 struct dx_config_replay {
     const char *path, *socket;
     const char *rate, *wait; /* NULL: not given. Default real; 0, at rate max 1 */
+    const char *start, *end, *stamps;
     bool loop;
 };
 

@@ -117,12 +117,15 @@ static int check_stream(const struct check *c, uint32_t n)
                  dx_keep_name(s->source.file.thin.keep));
         return fail_stream(c, n, "file.keep", text);
     }
+    if (!strcmp(s->driver, "file") && s->source.file.end_s > 0 &&
+        s->source.file.end_s <= s->source.file.start_s)
+        return fail_stream(c, n, "file.end", "expected more than file.start, or 0");
     if (s->lossless && s->source.file.rate != 0)
         return fail_stream(c, n, "file.lossless", "found yes, which needs rate: max");
     if (s->wait > c->config->max_clients) {
         snprintf(text, sizeof(text), "found %u, expected at most max_clients, which is %u", s->wait,
                  c->config->max_clients);
-        return fail_stream(c, n, "file.wait", text);
+        return fail_stream(c, n, strcmp(s->driver, "file") ? "synthetic.wait" : "file.wait", text);
     }
     r = check_record(c, n);
     if (!r && !strcmp(s->driver, "v4l2"))

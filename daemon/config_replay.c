@@ -4,7 +4,7 @@
  */
 #include "daemon/config_parse.h"
 
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 
 #include <errno.h>
 #include <string.h>
@@ -54,7 +54,7 @@ static void set_recorded(struct dx_stream_config *stream)
     size_t len;
 
     if (!dx_playlist_wants(stream->source.file.path) ||
-        dx_playlist_new(&list, stream->source.file.path, NULL) != 0)
+        dx_playlist_new(&list, stream->source.file.path, NULL, NULL) != 0)
         return;
     text = dx_playlist_config(list, &len);
     if (dx_config_parse(&recorded, DX_RECORDING_CONFIG, text, len, NULL) == 0) {
@@ -63,6 +63,30 @@ static void set_recorded(struct dx_stream_config *stream)
         dx_config_fini(&recorded);
     }
     dx_playlist_free(list);
+}
+
+/* Those that are keys of the file driver, where they are given. */
+static int set_file_options(struct dx_stream_config *stream, const struct dx_config_replay *replay,
+                            struct dx_err *err)
+{
+    const struct {
+        const char *path, *option, *text;
+    } given[] = {
+        {"streams[].file.path", "--replay", replay->path},
+        {"streams[].file.rate", "--rate", replay->rate},
+        {"streams[].file.start", "--start", replay->start},
+        {"streams[].file.end", "--end", replay->end},
+        {"streams[].file.stamps", "--stamps", replay->stamps},
+    };
+    int r = 0;
+
+    for (size_t k = 0; k < sizeof(given) / sizeof(given[0]) && !r; k++)
+        if (given[k].text)
+            r = set_option(stream, given[k].path, given[k].option, given[k].text, err);
+    if (!r && stream->source.file.end_s > 0 &&
+        stream->source.file.end_s <= stream->source.file.start_s)
+        r = dx_err_set(err, -EINVAL, "--end: expected more than --start, or 0");
+    return r;
 }
 
 static int set_replay(struct dx_stream_config *stream, const struct dx_config_replay *replay,
@@ -78,9 +102,7 @@ static int set_replay(struct dx_stream_config *stream, const struct dx_config_re
     if (!r)
         r = set_option(stream, "streams[].name", "--replay", "replay", err);
     if (!r)
-        r = set_option(stream, "streams[].file.path", "--replay", replay->path, err);
-    if (!r && replay->rate)
-        r = set_option(stream, "streams[].file.rate", "--rate", replay->rate, err);
+        r = set_file_options(stream, replay, err);
     if (r)
         return r;
     set_recorded(stream);

@@ -54,6 +54,7 @@ static const struct dx_config_word halves[] = {{"auto", DX_STAGE_HALVES_AUTO},
                                                {"both", DX_STAGE_HALVES_BOTH},
                                                {NULL, 0}};
 static const struct dx_config_word several[] = {{"last", 0}, {"mean", 1}, {NULL, 0}};
+static const struct dx_config_word stamps[] = {{"original", 0}, {"new", 1}, {NULL, 0}};
 static const struct dx_config_word lengths[] = {{"0", 0}, {"1", 1}, {"2", 2}, {NULL, 0}};
 
 /* clang-format off */
@@ -196,6 +197,8 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Frames until the stream ends.\n0: it does not."},
     {"streams[].synthetic.loop", DX_CONFIG_BOOL, STREAM(source.synthetic.loop), .preset = "no",
      .help = "After the last frame start again with the first."},
+    {"streams[].synthetic.wait", DX_CONFIG_UINT, STREAM(wait), .min = 0, .max = 4096, .preset = "0",
+     .help = "Start when so many have subscribed."},
     {"streams[].synthetic.rate", DX_CONFIG_NUMBER, STREAM(source.synthetic.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as simulated, as fast as possible, or so many times faster."},
@@ -217,6 +220,10 @@ const struct dx_config_key dx_config_keys[] = {
              "Several files are the frames of a sequence, in the order of their names.\n"
              "Recordings of dexeld (MCAP) are decoded as their own configuration says; of the keys here,\n"
              "rate, loop, lossless and wait count for them."},
+    {"streams[].file.topic", DX_CONFIG_PATH, STREAM(source.file.topic), .min = 0, .max = 1024,
+     .preset = "",
+     .help = "Of MCAP files of other programs: the topic of the clouds, sensor_msgs/msg/PointCloud2 with\n"
+             "rows and columns.\nEmpty: the only one."},
     {"streams[].file.rate", DX_CONFIG_NUMBER, STREAM(source.file.rate),
      .min = 0.001, .max = 1000, .words = rates, .preset = "real",
      .help = "Speed: as recorded, as fast as possible, or so many times faster."},
@@ -225,6 +232,17 @@ const struct dx_config_key dx_config_keys[] = {
      .help = "Frames a second where the files carry no time."},
     {"streams[].file.loop", DX_CONFIG_BOOL, STREAM(source.file.loop), .preset = "no",
      .help = "After the last frame start again with the first."},
+    {"streams[].file.start", DX_CONFIG_NUMBER, STREAM(source.file.start_s), .min = 0, .max = 1e9,
+     .preset = "0",
+     .help = "Of recordings: seconds from the start of the recording where the replay begins."},
+    {"streams[].file.end", DX_CONFIG_NUMBER, STREAM(source.file.end_s), .min = 0, .max = 1e9,
+     .preset = "0",
+     .help = "Of recordings: seconds from the start of the recording where the replay ends.\n"
+             "0: with the recording."},
+    {"streams[].file.stamps", DX_CONFIG_CHOICE, STREAM(source.file.restamp), .words = stamps,
+     .preset = "original",
+     .help = "Of recordings: the device stamps of frames; as they were recorded (of a device without a\n"
+             "clock: when the service had its bytes then), or anew, as if the device spoke now."},
     {"streams[].file.lossless", DX_CONFIG_BOOL, STREAM(lossless), .preset = "no",
      .help = "Skip no frame, and let subscribers ask for every epoch.\nNeeds rate max."},
     {"streams[].file.wait", DX_CONFIG_UINT, STREAM(wait), .min = 0, .max = 4096, .preset = "0",

@@ -8,13 +8,16 @@
 
 static const char help[] =
     "usage: dexeld -c FILE [--check]\n"
-    "       dexeld --replay FILE [--rate real|max|N] [--loop] [--wait N] --socket PATH\n"
+    "       dexeld --replay FILE [--rate real|max|N] [--loop] [--wait N] [--start S] [--end S]\n"
+    "              [--stamps original|new] --socket PATH\n"
     "Reads range scanners, meshes what they see, and serves the mesh on a Unix socket.\n\n"
     "  -c, --config FILE   the configuration, dexeld.yaml(5)\n"
     "  --check             say whether it is right, and end\n"
     "  --replay FILE       no configuration: serve a scan, a directory or a glob of them\n"
     "  --rate real|max|N   as fast as it was recorded (real), as fast as possible, N times\n"
     "  --loop              start again at the end\n"
+    "  --start S, --end S  of a recording: only this stretch, seconds from its start\n"
+    "  --stamps WORD       of a recording: device stamps as recorded (original), or new\n"
     "  --wait N            start when N have subscribed (0; at rate max 1)\n"
     "  --socket PATH       where the mesh is served; PATH.control takes requests\n"
     "  --ready-fd N        write a line to this descriptor when the sockets listen\n"
@@ -26,6 +29,9 @@ enum {
     OPT_RATE,
     OPT_LOOP,
     OPT_WAIT,
+    OPT_START,
+    OPT_END,
+    OPT_STAMPS,
     OPT_SOCKET,
     OPT_READY,
     OPT_HELP,
@@ -39,6 +45,9 @@ static const struct option options[] = {
     {"rate", required_argument, NULL, OPT_RATE},
     {"loop", no_argument, NULL, OPT_LOOP},
     {"wait", required_argument, NULL, OPT_WAIT},
+    {"start", required_argument, NULL, OPT_START},
+    {"end", required_argument, NULL, OPT_END},
+    {"stamps", required_argument, NULL, OPT_STAMPS},
     {"socket", required_argument, NULL, OPT_SOCKET},
     {"ready-fd", required_argument, NULL, OPT_READY},
     {"help", no_argument, NULL, OPT_HELP},
@@ -86,6 +95,15 @@ static int set_option(struct dx_options *o, int opt, const char *text)
     case OPT_WAIT:
         o->replay.wait = text;
         return DX_OPTIONS_RUN;
+    case OPT_START:
+        o->replay.start = text;
+        return DX_OPTIONS_RUN;
+    case OPT_END:
+        o->replay.end = text;
+        return DX_OPTIONS_RUN;
+    case OPT_STAMPS:
+        o->replay.stamps = text;
+        return DX_OPTIONS_RUN;
     case OPT_SOCKET:
         o->replay.socket = text;
         return DX_OPTIONS_RUN;
@@ -105,14 +123,17 @@ static int set_option(struct dx_options *o, int opt, const char *text)
 /* Do the options go together? */
 static int check(const struct dx_options *o, int argc)
 {
-    bool replay_words = o->replay.rate || o->replay.wait || o->replay.loop || o->replay.socket;
+    const struct dx_config_replay *r = &o->replay;
+    bool replay_words =
+        r->rate || r->wait || r->loop || r->socket || r->start || r->end || r->stamps;
 
     if (optind < argc)
         return wrong("an argument that is no option");
     if (!o->config == !o->replay.path)
         return wrong("found neither or both of -c and --replay, expected one");
     if (o->config && replay_words)
-        return wrong("--rate, --loop, --wait and --socket go with --replay");
+        return wrong(
+            "--rate, --loop, --wait, --start, --end, --stamps and --socket go with --replay");
     if (o->replay.path && o->check)
         return wrong("--check goes with -c");
     if (o->replay.path && !o->replay.socket)

@@ -2,7 +2,8 @@
 #include "daemon/player.h"
 
 #include "daemon/config.h"
-#include "daemon/playlist.h"
+#include "daemon/log.h"
+#include "drivers/file/playlist.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
@@ -14,7 +15,8 @@
 
 struct dx_device {
     char name[128]; /* of the source, without folders */
-    bool loop;
+    bool loop, restamp;
+    uint64_t start, end; /* log times of what is played; end UINT64_MAX: all that comes */
     struct dx_playlist *list;
     struct dx_pace pace;
 
@@ -76,6 +78,33 @@ static int open_decoder(struct dx_device *dev, struct dx_err *err)
     return rc;
 }
 
+/* A time of the recording, `seconds` from its start; at most its end. */
+static uint64_t log_time_at(const struct dx_device *dev, double seconds)
+{
+    uint64_t start = dx_playlist_start(dev->list), end = dx_playlist_end(dev->list);
+
+    return seconds * 1e9 >= (double)(end - start) ? end : start + (uint64_t)(seconds * 1e9);
+}
+
+static int set_stretch(struct dx_device *dev, const struct dx_file_config *c, struct dx_err *err)
+{
+    double length_s = (double)(dx_playlist_end(dev->list) - dx_playlist_start(dev->list)) * 1e-9;
+
+    if (c->start_s > length_s)
+        return dx_err_set(err, -EINVAL, "%s: start is %g s, and the recording has %.3f s", c->path,
+                          c->start_s, length_s);
+    dev->start = log_time_at(dev, c->start_s);
+    dev->end = c->end_s > 0 && c->end_s < length_s ? log_time_at(dev, c->end_s) : UINT64_MAX;
+    dev->wants_seek = c->start_s > 0;
+    dev->seek_s = c->start_s;
+    return 0;
+}
+
+static void tell(const char *text)
+{
+    dx_log_warning("replay", "%s", text);
+}
+
 static int player_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
@@ -87,12 +116,15 @@ static int player_open(struct dx_device **out, const void *config, struct dx_err
         return dx_err_set(err, -ENOMEM, "%s: no memory", c->path);
     snprintf(dev->name, sizeof(dev->name), "%s", slash && slash[1] ? slash + 1 : c->path);
     dev->loop = c->loop;
+    dev->restamp = c->restamp;
     pthread_mutex_init(&dev->lock, NULL);
     rc = dx_pace_init(&dev->pace, c->rate);
     if (rc)
         dx_err_set(err, rc, "%s: cannot set up pacing: %s", c->path, strerror(-rc));
     else
-        rc = dx_playlist_new(&dev->list, c->path, err);
+        rc = dx_playlist_new(&dev->list, c->path, tell, err);
+    if (rc == 0)
+        rc = set_stretch(dev, c, err);
     if (rc == 0)
         rc = open_decoder(dev, err);
     if (rc) {
@@ -146,16 +178,14 @@ static int go_to(struct dx_device *dev, uint64_t time, struct dx_err *err)
 /* What was asked for since the last time. 0; AGAIN: nothing to play now; negative. */
 static int obey(struct dx_device *dev, bool *idle, struct dx_err *err)
 {
-    uint64_t start = dx_playlist_start(dev->list), end = dx_playlist_end(dev->list), time = start;
+    uint64_t time = 0;
     bool seeks, rate;
 
     pthread_mutex_lock(&dev->lock);
     seeks = dev->wants_seek;
     rate = dev->new_rate;
-    if (seeks && dev->seek_s * 1e9 >= (double)(end - start))
-        time = end;
-    else if (seeks)
-        time = start + (uint64_t)(dev->seek_s * 1e9);
+    if (seeks)
+        time = log_time_at(dev, dev->seek_s);
     dev->wants_seek = dev->new_rate = false;
     dev->pace.rate = dev->status.rate;
     *idle = dev->status.paused && dev->n_steps == 0;
@@ -165,17 +195,24 @@ static int obey(struct dx_device *dev, bool *idle, struct dx_err *err)
     return seeks ? go_to(dev, time, err) : 0;
 }
 
+static int next_block(struct dx_device *dev, struct dx_err *err)
+{
+    int rc = dx_playlist_next(dev->list, &dev->next, err);
+
+    return rc == 0 && dev->next.log_time > dev->end ? DX_DRIVER_E_EOF : rc;
+}
+
 /* The next block, over the end where it loops. */
 static int fetch(struct dx_device *dev, struct dx_err *err)
 {
-    int rc = dx_playlist_next(dev->list, &dev->next, err);
+    int rc = next_block(dev, err);
 
     /* a whole pass without a frame would be followed by the same for ever */
     if (rc == DX_DRIVER_E_EOF && dev->loop && dev->n_decoded != dev->n_decoded_before) {
         dev->n_decoded_before = dev->n_decoded;
-        rc = go_to(dev, dx_playlist_start(dev->list), err);
+        rc = go_to(dev, dev->start, err);
         if (rc == 0)
-            rc = dx_playlist_next(dev->list, &dev->next, err);
+            rc = next_block(dev, err);
     }
     if (rc)
         return rc;
@@ -241,6 +278,13 @@ static void on_deliver(void *player, const struct dx_frame_part *part)
     struct dx_frame_part ours = *part;
 
     ours.frame = dev->frame_out;
+    if (dev->restamp) {
+        ours.stamp.device_ns = ours.stamp.host_ns;
+        ours.stamp.clock_id = DX_CLOCK_MONOTONIC;
+    } else if (ours.stamp.clock_id == DX_CLOCK_NONE) {
+        ours.stamp.device_ns = dev->next.log_time;
+        ours.stamp.clock_id = DX_CLOCK_REALTIME;
+    }
     dev->sink.deliver(dev->sink.ctx, &ours);
     if (!part->last)
         return;

@@ -209,14 +209,15 @@ static int take_blocks(struct dx_stream_reader *r, struct dx_err *err)
     int result = 0;
 
     while ((result == 0 || result == DX_DRIVER_E_AGAIN) && !stopped(r)) {
+        bool starts_frame = r->frame_ended;
         struct dx_block block;
 
         result = read_block(r, &block, err);
         if (result != 0)
             continue;
-        if (r->recorder)
-            dx_recorder_feed(r->recorder, &block, r->frame_ended);
         decode(r, &block);
+        if (r->recorder) /* after the mesher has it: the mesh does not wait for the copy */
+            dx_recorder_feed(r->recorder, &block, starts_frame);
     }
     return result;
 }

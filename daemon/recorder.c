@@ -6,9 +6,12 @@
 
 #include "daemon/clock.h"
 #include "daemon/log.h"
+
 #include <errno.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SECOND_NS 1000000000u
 #define RETRY_NS  250000000u
@@ -220,10 +223,22 @@ static void wind_up(struct dx_recorder *r)
     r->config.store.close(r->config.store.ctx);
 }
 
+/* The ring has seconds of room, and a frame is late at once: a post does not interrupt the reader
+ * (nor whoever else runs). Where it is refused, it is not so. */
+static void give_way(void)
+{
+    const struct sched_param none = {0};
+
+    (void)sched_setscheduler(0, SCHED_BATCH, &none);
+}
+
 void dx_recorder_run(struct dx_recorder *r)
 {
     int rc = 0;
 
+    give_way();
+    if (dx_recorder_is_wanted(r))
+        dx_block_ring_populate(&r->ring);
     while (!atomic_load_explicit(&r->stop, memory_order_acquire)) {
         dx_clock_sem_wait(&r->wake, due(r, rc));
         while (sem_trywait(&r->wake) == 0) /* one turn takes all that was posted for */

@@ -10,40 +10,15 @@
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 int dx_recorder_declare(struct dx_recorder *r)
 {
-    const struct dx_mcap_pair pairs[] = {
-        {dx_mcap_text("driver"), dx_mcap_text(r->config.driver)},
-        {dx_mcap_text("stream"), dx_mcap_text(r->config.name)},
-    };
-    uint8_t map[512];
-    struct dx_writer w = dx_writer_init(map, sizeof(map));
-    struct dx_mcap_channel channel = {
-        .id = DX_RECORDING_CHANNEL,
-        .topic = dx_mcap_text(DX_RECORDING_TOPIC),
-        .message_encoding = dx_mcap_text(DX_RECORDING_ENCODING),
-    };
-
-    dx_mcap_put_pairs(&w, pairs, 2);
-    channel.metadata = (struct dx_mcap_bytes){map, (size_t)(w.p - map)};
-    return w.failed ? -E2BIG : dx_mcap_writer_channel(r->writer, &channel);
+    return dx_recording_declare(r->writer, r->config.driver, r->config.name);
 }
 
 /* ---- the beginning and the end of a file -----------------------------------------------------
  */
-
-static int attach(struct dx_recorder *r, const char *name, const char *type, uint64_t time,
-                  const void *bytes, size_t len)
-{
-    const struct dx_mcap_attachment a = {.log_time = time,
-                                         .create_time = time,
-                                         .name = dx_mcap_text(name),
-                                         .media_type = dx_mcap_text(type),
-                                         .data = {bytes, len}};
-
-    return dx_mcap_writer_attachment(r->writer, &a);
-}
 
 static int attach_geometry(struct dx_recorder *r)
 {
@@ -51,9 +26,8 @@ static int attach_geometry(struct dx_recorder *r)
 
     if (!g)
         return 0;
-    return attach(r, DX_RECORDING_GEOMETRY, DX_RECORDING_GEOMETRY_TYPE,
-                  dx_recorder_log_time(r, r->geometry.host_ns), r->geometry_bytes,
-                  dx_recording_geometry_len(g));
+    return dx_recording_attach_geometry(r->writer, dx_recorder_log_time(r, r->geometry.host_ns),
+                                        r->geometry_bytes, dx_recording_geometry_len(g));
 }
 
 /* The path is kept also when there is no file: it is the one that fails. */
@@ -85,8 +59,7 @@ static int open_step(struct dx_recorder *r, uint64_t time)
     case DX_OPEN_CREATED:
         return dx_mcap_writer_begin(r->writer, &r->sink);
     case DX_OPEN_BEGUN:
-        return attach(r, DX_RECORDING_CONFIG, DX_RECORDING_CONFIG_TYPE, r->file_start_ns, r->yaml,
-                      r->config.yaml_len);
+        return dx_recording_attach_config(r->writer, r->file_start_ns, r->yaml, r->config.yaml_len);
     case DX_OPEN_CONFIG:
         return attach_geometry(r);
     case DX_OPEN_DONE:
@@ -148,13 +121,9 @@ static bool is_split_due(const struct dx_recorder *r, const struct dx_ring_entry
 
 static int put_message(struct dx_recorder *r, const struct dx_ring_entry *e)
 {
-    const struct dx_mcap_message m = {.channel_id = DX_RECORDING_CHANNEL,
-                                      .sequence = r->sequence,
-                                      .log_time = dx_recorder_log_time(r, e->host_ns),
-                                      .publish_time = dx_recorder_log_time(r, e->host_ns),
-                                      .data = {e->bytes, e->len}};
     uint32_t n_chunks = dx_mcap_writer_progress(r->writer).n_chunks;
-    int rc = dx_mcap_writer_message(r->writer, &m);
+    int rc = dx_recording_put_message(r->writer, r->sequence, dx_recorder_log_time(r, e->host_ns),
+                                      e->bytes, e->len);
 
     if (rc)
         return rc;
@@ -195,25 +164,12 @@ static int take_piece(struct dx_recorder *r, const struct dx_ring_entry *e)
     return rc == 0 && r->goes_on ? take_piece(r, e) : rc;
 }
 
-/* A number as a text of the metadata. */
-static struct dx_mcap_text number(char text[24], uint64_t v)
-{
-    snprintf(text, 24, "%llu", (unsigned long long)v);
-    return dx_mcap_text(text);
-}
-
 int dx_recorder_put_gap(struct dx_recorder *r, const struct dx_ring_gap *gap)
 {
-    char n[24], first[24], from[24], to[24];
-    const struct dx_mcap_pair pairs[] = {
-        {dx_mcap_text("blocks"), number(n, gap->n)},
-        {dx_mcap_text("first_block"), number(first, gap->first)},
-        {dx_mcap_text("start_ns"), number(from, dx_recorder_log_time(r, gap->from_ns))},
-        {dx_mcap_text("end_ns"), number(to, dx_recorder_log_time(r, gap->to_ns))},
-    };
-    uint8_t map[512];
-    struct dx_writer w = dx_writer_init(map, sizeof(map));
-    struct dx_mcap_metadata m = {.name = dx_mcap_text(DX_RECORDING_GAP)};
+    const struct dx_recording_gap told = {.n = gap->n,
+                                          .first = gap->first,
+                                          .start = dx_recorder_log_time(r, gap->from_ns),
+                                          .end = dx_recorder_log_time(r, gap->to_ns)};
     int rc;
 
     if (r->opening == DX_OPEN_NOT && !r->goes_on)
@@ -221,9 +177,7 @@ int dx_recorder_put_gap(struct dx_recorder *r, const struct dx_ring_gap *gap)
     rc = open_file(r, dx_recorder_log_time(r, gap->to_ns));
     if (rc)
         return rc;
-    dx_mcap_put_pairs(&w, pairs, 4);
-    m.map = (struct dx_mcap_bytes){map, (size_t)(w.p - map)};
-    rc = dx_mcap_writer_metadata(r->writer, &m);
+    rc = dx_recording_put_gap(r->writer, &told);
     if (rc == DX_MCAP_E_FULL)
         rc = end_for_next(r);
     return rc == 0 && r->goes_on ? dx_recorder_put_gap(r, gap) : rc;

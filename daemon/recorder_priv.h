@@ -5,8 +5,7 @@
 
 #include "daemon/counters.h"
 #include "daemon/recorder.h"
-#include "drivers/file/mcap_record.h"
-#include "drivers/file/mcap_write.h"
+#include "drivers/file/recording_write.h"
 
 #include <pthread.h>
 #include <semaphore.h>

@@ -6,7 +6,7 @@
 #include "daemon/mailbox.h"
 #include "daemon/mesher.h"
 #include "daemon/player.h"
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 #include "daemon/reader.h"
 #include "daemon/record_files.h"
 
@@ -128,7 +128,15 @@ static int open_reader(struct dx_stream *s, struct dx_err *err)
     const struct dx_stream_config *c = s->config;
     const struct dx_driver *driver = dx_driver_find(c->driver);
 
-    s->replays = driver == &dx_file_driver && dx_playlist_wants(c->source.file.path);
+    if (driver == &dx_file_driver) {
+        const struct dx_file_config *file = &c->source.file;
+
+        s->replays = dx_playlist_wants(file->path);
+        if (!s->replays && (file->start_s > 0 || file->end_s > 0 || file->restamp))
+            return dx_err_set(err, -EINVAL,
+                              "%s: no recording, and start, end and stamps are of those",
+                              file->path);
+    }
     return dx_stream_reader_new(&s->reader, c->name, s->replays ? &dx_player_driver : driver,
                                 &c->source, s->mailbox, &s->counters, err);
 }

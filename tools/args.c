@@ -144,6 +144,16 @@ int dx_arg_keep(enum dx_keep *out, const struct dx_arg *arg)
     return k < 0 ? k : 0;
 }
 
+int dx_encoding_args_check(const char *of_ranges, bool exact, bool has_lod, const char *command)
+{
+    if (!of_ranges || (!exact && !has_lod))
+        return 0;
+    fprintf(stderr, "%s: --encoding: found '%s' with %s, expected f32: %s carries %s\n", command,
+            of_ranges, exact ? "--exact" : "a level of detail", of_ranges,
+            exact ? "ranges" : "whole cells");
+    return -EINVAL;
+}
+
 const char *dx_arg_operand(int argc, char **argv, const char *what)
 {
     if (optind == argc - 1)

@@ -48,6 +48,10 @@ int dx_arg_keep(enum dx_keep *out, const struct dx_arg *arg);
 int dx_arg_sigmas(double *out, const struct dx_arg *arg);
 int dx_arg_stride(unsigned *out, const struct dx_arg *arg);
 
+/* After the last option: an encoding that carries ranges (its name; NULL: none, or f32) goes with
+ * neither exact points nor a level of detail. 0; -EINVAL having said why. */
+int dx_encoding_args_check(const char *of_ranges, bool exact, bool has_lod, const char *command);
+
 /* Exactly one argument that is no option: its text; NULL having said why. `what`: "a scan". */
 const char *dx_arg_operand(int argc, char **argv, const char *what);
 

@@ -9,11 +9,14 @@
 
 #define DX_BENCH_MAX_ROUNDS 101
 
+/* Of a frame: what dx_bench_stages may be told to measure alone. NULL-terminated. */
+extern const char *const dx_bench_stage_names[];
 int dx_bench_stages(int argc, char **argv);
 int dx_bench_rules(int argc, char **argv);
 int dx_bench_update(int argc, char **argv);
 int dx_bench_lod(int argc, char **argv);
 int dx_bench_live(int argc, char **argv);
+int dx_bench_record(int argc, char **argv);
 int dx_bench_paper(int argc, char **argv);
 int dx_bench_quality(int argc, char **argv);
 

@@ -29,10 +29,10 @@ static const char help[] =
 
 enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
 
-static const char *const stage_names[] = {"publish", "smooth", "codes", "f32",
-                                          "q16",     "delta",  "copy",  NULL};
+const char *const dx_bench_stage_names[] = {"publish", "smooth", "codes", "f32",
+                                            "q16",     "delta",  "copy",  NULL};
 
-static const struct dx_bench_command command = {"dexel bench", help, stage_names, false};
+static const struct dx_bench_command command = {"dexel bench", help, dx_bench_stage_names, false};
 
 /* Of one count of threads. */
 struct lane {
@@ -209,10 +209,10 @@ static void tell_stages(struct dx_report_table *t, const struct bench *b, struct
         for (enum stage s = PUBLISH; s < COPY; s++) {
             if (!wants(b, s))
                 continue;
-            set_real(row, stage_names[s], "ns",
+            set_real(row, dx_bench_stage_names[s], "ns",
                      dx_bench_median(lane->seconds[s], b->n_rounds) * 1e9 / n);
             if (s > CODES)
-                set_real(row, stage_names[s], "bytes", (double)b->encoded[s].n_bytes / n);
+                set_real(row, dx_bench_stage_names[s], "bytes", (double)b->encoded[s].n_bytes / n);
         }
         if (wants(b, F32))
             set_real(row, "f32", "triangles", (double)b->encoded[F32].n_triangles);
@@ -255,9 +255,9 @@ static void tell_frames(struct dx_report_table *t, const struct bench *b, struct
 
             if (!wants(b, s))
                 continue;
-            set_real(row, stage_names[s], "ms", seconds * 1e3);
+            set_real(row, dx_bench_stage_names[s], "ms", seconds * 1e3);
             if (wants(b, COPY))
-                set_real(row, stage_names[s], "copy_percent",
+                set_real(row, dx_bench_stage_names[s], "copy_percent",
                          100 * frame_bytes(b, s) / seconds / copy);
         }
     }

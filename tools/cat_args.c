@@ -176,7 +176,11 @@ static int check(const struct dx_cat_args *cat)
         fprintf(stderr, "dexel cat: %s\n", err.text);
         return -EINVAL;
     }
-    return 0;
+    return dx_encoding_args_check(cat->subscribe.encoding == DEXEL_F32   ? NULL
+                                  : cat->subscribe.encoding == DEXEL_Q16 ? "q16"
+                                                                         : "delta",
+                                  false, cat->subscribe.lod_sigma > 0 || cat->subscribe.stride > 1,
+                                  "dexel cat");
 }
 
 int dx_cat_args_parse(struct dx_cat_args *cat, int argc, char **argv)

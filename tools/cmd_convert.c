@@ -1,9 +1,9 @@
-/* dexel convert: recordings, through the file driver, to scan files. */
-#include "drivers/file/file.h"
+/* dexel convert: scans and recordings to scan files, to recordings, to messages of ROS. */
 #include "tools/args.h"
 #include "tools/cmd.h"
-#include "tools/out_frames.h"
+#include "tools/convert.h"
 #include "tools/repair.h"
+#include "tools/source.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -12,137 +12,78 @@
 static const char help[] =
     "usage: dexel convert IN OUT [OPTIONS]\n"
     "       dexel convert --repair IN -o OUT\n"
-    "Converts a scan file, or a directory or glob of files, by way of the dexel array.\n"
+    "Converts scans (a file, or a directory or glob of files), recordings of dexeld and\n"
+    "organized clouds in MCAP files of other programs, by way of the dexel array.\n"
     "With --repair: writes all that can be read of a damaged or cut recording (MCAP)\n"
     "into a whole one.\n\n"
-    "  OUT                 a .ptx or .pcd file, or a directory for frame-NNNNNN files\n"
+    "  OUT                 a .ptx or .pcd file, or a directory for frame-NNNNNN files;\n"
+    "                      .mcap: a recording that dexeld replays\n"
     "  --format ptx|pcd    of the files in a directory (ptx)\n"
-    "  --unit M            range unit, metres (finest that holds the range in 16 "
-    "bits)\n"
+    "  --frame N           one frame of a sequence, from 0 (all)\n"
+    "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
+    "  --ros clouds|mesh|both\n"
+    "                      instead of a recording an .mcap for ROS 2 and Foxglove: of each frame\n"
+    "                      a PointCloud2 on /dexel/points, its mesh as a SceneUpdate on "
+    "/dexel/mesh\n"
     "  --exact             the points themselves, not those of their ranges\n\n" DX_THIN_HELP(
-        "--size WxH           ");
+        "--size WxH           ") "\nof the geometry, and of the mesh of --ros, " DX_TERRAIN_HELP;
 
-enum { OPT_FORMAT = 256, OPT_UNIT, OPT_EXACT, OPT_SIZE, OPT_KEEP, OPT_REPAIR, OPT_HELP };
+enum {
+    OPT_FORMAT = 256,
+    OPT_FRAME,
+    OPT_TOPIC,
+    OPT_ROS,
+    OPT_EXACT,
+    OPT_SIZE,
+    OPT_KEEP,
+    OPT_REPAIR,
+    OPT_HELP
+};
 
 static const struct option options[] = {
-    {"format", required_argument, NULL, OPT_FORMAT}, {"unit", required_argument, NULL, OPT_UNIT},
-    {"exact", no_argument, NULL, OPT_EXACT},         {"size", required_argument, NULL, OPT_SIZE},
-    {"keep", required_argument, NULL, OPT_KEEP},     {"repair", no_argument, NULL, OPT_REPAIR},
-    {"help", no_argument, NULL, OPT_HELP},           {0},
+    {"format", required_argument, NULL, OPT_FORMAT},
+    {"frame", required_argument, NULL, OPT_FRAME},
+    {"topic", required_argument, NULL, OPT_TOPIC},
+    {"ros", required_argument, NULL, OPT_ROS},
+    {"exact", no_argument, NULL, OPT_EXACT},
+    {"size", required_argument, NULL, OPT_SIZE},
+    {"keep", required_argument, NULL, OPT_KEEP},
+    {"repair", no_argument, NULL, OPT_REPAIR},
+    {"help", no_argument, NULL, OPT_HELP},
+    DX_TERRAIN_OPTIONS,
+    {0},
 };
 
 struct args {
     const char *in, *out;
-    enum dx_frame_format format;
-    double unit_m; /* 0: from the data */
-    struct dx_thin_options thin;
-    bool exact, repair;
+    struct dx_convert_config config;
+    struct dx_terrain_args terrain;
+    bool repair;
 };
-
-/* Takes frames from the driver and hands them on to the writer. */
-struct sink {
-    struct dx_geometry *g;
-    struct dx_plane plane;
-    struct dx_out_frames *out;
-    struct dx_err *err;
-    int failed; /* what writing returned: deliver cannot */
-};
-
-static int sink_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
-{
-    struct sink *s = ctx;
-    int r;
-
-    dx_plane_fini(&s->plane);
-    r = dx_plane_init_for(&s->plane, g, attr_bytes);
-    if (r < 0)
-        return dx_err_set(s->err, r, "%ux%u: %s", g->width, g->height, strerror(-r));
-    dx_geometry_unref(s->g);
-    s->g = dx_geometry_ref(g);
-    return 0;
-}
-
-static struct dx_plane *sink_plane(void *ctx, uint64_t number)
-{
-    struct sink *s = ctx;
-
-    (void)number; /* files come in whole frames */
-    dx_plane_clear(&s->plane);
-    return &s->plane;
-}
-
-static void sink_deliver(void *ctx, const struct dx_frame_part *part)
-{
-    struct sink *s = ctx;
-
-    if (part->last && s->failed == 0)
-        s->failed = dx_out_frames_add(s->out, &s->plane, s->g, s->err);
-}
-
-/* Every frame; a damaged one ends it, since a sequence with holes is not what was asked for. */
-static int copy(struct dx_device *dev, struct sink *s)
-{
-    const struct dx_frame_sink sink = {s, sink_geometry, sink_plane, sink_deliver};
-    struct dx_block block;
-    int r = 0;
-
-    while (r == 0) {
-        r = dx_file_driver.read(dev, &block, s->err);
-        if (r == DX_DRIVER_E_EOF)
-            return 0;
-        if (r == 0)
-            r = dx_file_driver.decode(dev, &block, &sink, s->err);
-        if (r == 0)
-            r = s->failed;
-    }
-    return r < 0 ? r : -EBADMSG;
-}
-
-static int run(const struct args *a, struct dx_err *err)
-{
-    const struct dx_file_config config = {.path = a->in,
-                                          .attr_bytes = -1,
-                                          .fit = {.unit_m = a->unit_m, .seam = -1},
-                                          .thin = a->thin,
-                                          .exact = a->exact};
-    struct dx_out_frames out;
-    struct sink s = {.out = &out, .err = err};
-    struct dx_device *dev;
-    int r = dx_file_driver.open(&dev, &config, err);
-
-    if (r < 0)
-        return r;
-    r = dx_file_driver.start(dev, err);
-    if (r == 0)
-        r = dx_out_frames_open(&out, a->out, a->format, err);
-    if (r == 0) {
-        r = copy(dev, &s);
-        if (r == 0)
-            r = dx_out_frames_commit(&out, err);
-        else
-            dx_out_frames_abort(&out);
-        dx_file_driver.stop(dev);
-    }
-    dx_file_driver.close(dev);
-    dx_plane_fini(&s.plane);
-    dx_geometry_unref(s.g);
-    return r;
-}
 
 static int set_option(struct args *a, int opt, const char *text)
 {
+    struct dx_convert_config *c = &a->config;
     int k;
 
     switch (opt) {
     case OPT_FORMAT:
         k = dx_arg_choice(&(struct dx_arg){"dexel convert", "--format", text}, dx_frame_formats);
-        a->format = k < 0 ? DX_FRAME_PTX : (enum dx_frame_format)k;
+        c->format = k < 0 ? DX_FRAME_PTX : (enum dx_frame_format)k;
         return k;
-    case OPT_UNIT:
-        return dx_arg_double(&a->unit_m, &(struct dx_arg){"dexel convert", "--unit", text}, 1e-6, 1,
-                             "metres");
+    case OPT_FRAME:
+        return dx_arg_u64(&c->frame, &(struct dx_arg){"dexel convert", "--frame", text}, 0,
+                          1000000000, "a frame's number");
+    case OPT_TOPIC:
+        c->source.topic = text;
+        return 0;
+    case OPT_ROS: /* none is for those who do not ask */
+        k = dx_arg_choice(&(struct dx_arg){"dexel convert", "--ros", text},
+                          dx_ros_whats + DX_ROS_CLOUDS);
+        c->ros = k < 0 ? DX_ROS_NONE : (enum dx_ros_what)(k + DX_ROS_CLOUDS);
+        return k;
     case OPT_EXACT:
-        a->exact = true;
+        c->source.exact = true;
         return 0;
     case OPT_REPAIR:
         a->repair = true;
@@ -151,11 +92,12 @@ static int set_option(struct args *a, int opt, const char *text)
         a->out = text;
         return 0;
     case OPT_SIZE:
-        return dx_thin_args_size(&a->thin, &(struct dx_arg){"dexel convert", "--size", text});
+        return dx_thin_args_size(&c->source.thin,
+                                 &(struct dx_arg){"dexel convert", "--size", text});
     case OPT_KEEP:
-        return dx_arg_keep(&a->thin.keep, &(struct dx_arg){"dexel convert", "--keep", text});
+        return dx_arg_keep(&c->source.thin.keep, &(struct dx_arg){"dexel convert", "--keep", text});
     default:
-        return -EINVAL; /* getopt has said what it did not know */
+        return dx_terrain_args_set(&a->terrain, "dexel convert", opt, text);
     }
 }
 
@@ -173,27 +115,48 @@ static int take_operands(struct args *a, int argc, char **argv)
     return 0;
 }
 
+/* After the last option: what they make together. */
+static int check(struct args *a)
+{
+    struct dx_convert_config *c = &a->config;
+    struct dx_err err;
+
+    c->source.path = a->in;
+    c->source.fit = a->terrain.fit;
+    c->terrain = a->terrain.params;
+    c->out = a->out;
+    if (dx_terrain_args_check(&a->terrain, "dexel convert") < 0 ||
+        dx_thin_args_check(&c->source.thin, "dexel convert", "--size") < 0 ||
+        dx_exact_args_check(c->source.exact, &c->source.thin, &a->terrain, "dexel convert") < 0)
+        return -EINVAL;
+    if (a->repair)
+        return 0;
+    if (c->ros != DX_ROS_NONE && !dx_convert_is_mcap(c->out)) {
+        fprintf(stderr, "dexel convert: --ros: found '%s', expected a name ending in .mcap\n",
+                c->out);
+        return -EINVAL;
+    }
+    if (!dx_convert_is_mcap(c->out) && dx_out_frames_check(c->out, &err) < 0) {
+        fprintf(stderr, "dexel convert: %s\n", err.text);
+        return -EINVAL;
+    }
+    return dx_source_check(&c->source, "dexel convert");
+}
+
 static int parse(struct args *a, int argc, char **argv)
 {
-    struct dx_err err;
     int opt;
 
-    *a = (struct args){.format = DX_FRAME_PTX};
+    *a = (struct args){
+        .config = {.format = DX_FRAME_PTX, .source.attr_bytes = -1, .frame = DX_CONVERT_ALL}};
+    dx_terrain_args_default(&a->terrain);
     while ((opt = getopt_long(argc, argv, "o:", options, NULL)) != -1) {
         if (opt == OPT_HELP)
             return dx_arg_help(help);
         if (set_option(a, opt, optarg) < 0)
             return -EINVAL;
     }
-    if (take_operands(a, argc, argv) < 0)
-        return -EINVAL;
-    if (dx_thin_args_check(&a->thin, "dexel convert", "--size") < 0 ||
-        dx_exact_args_check(a->exact, &a->thin, NULL, "dexel convert") < 0)
-        return -EINVAL;
-    if (a->repair || dx_out_frames_check(a->out, &err) == 0)
-        return 0;
-    fprintf(stderr, "dexel convert: %s\n", err.text);
-    return -EINVAL;
+    return take_operands(a, argc, argv) < 0 ? -EINVAL : check(a);
 }
 
 int cmd_convert(int argc, char **argv)
@@ -204,7 +167,8 @@ int cmd_convert(int argc, char **argv)
 
     if (r != 0)
         return r == DX_ARG_E_HELP ? 0 : 2;
-    r = a.repair ? dx_repair_file(a.in, a.out, "dexel convert", &err) : run(&a, &err);
+    r = a.repair ? dx_repair_file(a.in, a.out, "dexel convert", &err)
+                 : dx_convert_run(&a.config, &err);
     if (r < 0)
         fprintf(stderr, "dexel convert: %s\n", err.text[0] ? err.text : strerror(-r));
     return r < 0 ? 1 : 0;

@@ -13,10 +13,11 @@
 
 static const char help[] =
     "usage: dexel mesh IN -o OUT.{ply,obj,stl} [OPTIONS]\n"
-    "Meshes a scan file (or a frame of a directory or glob of files).\n\n"
+    "Meshes a scan file (or a frame of a directory or glob of files), or a recording.\n\n"
     "  -o OUT              the mesh; may be left out with --stats\n"
     "  --mode terrain      how (terrain)\n"
     "  --frame N           which frame of a sequence, from 0 (the last)\n"
+    "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
     "  --threads N         for the tiles (one a processor)\n"
     "  --world             vertices in the world's frame, by the scan's pose\n"
     "  --ascii             PLY as text\n"
@@ -32,6 +33,7 @@ static const char help[] =
 enum {
     OPT_MODE = 256,
     OPT_FRAME,
+    OPT_TOPIC,
     OPT_THREADS,
     OPT_WORLD,
     OPT_ASCII,
@@ -49,6 +51,7 @@ enum {
 static const struct option options[] = {
     {"mode", required_argument, NULL, OPT_MODE},
     {"frame", required_argument, NULL, OPT_FRAME},
+    {"topic", required_argument, NULL, OPT_TOPIC},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"world", no_argument, NULL, OPT_WORLD},
     {"ascii", no_argument, NULL, OPT_ASCII},
@@ -115,6 +118,9 @@ static int set_option(struct args *a, int opt, const char *text)
     case 'o':
         a->out = text;
         return 0;
+    case OPT_TOPIC:
+        a->config.topic = text;
+        return 0;
     case OPT_WORLD:
         a->write.world = true;
         return 0;
@@ -151,7 +157,7 @@ static int check(const struct args *a)
         fprintf(stderr, "dexel mesh: %s\n", err.text);
         return -EINVAL;
     }
-    return 0;
+    return dx_offline_check(&a->config, "dexel mesh");
 }
 
 static int parse(struct args *a, int argc, char **argv)

@@ -14,7 +14,7 @@
 
 static const char help[] =
     "usage: dexel render IN -o OUT.png [OPTIONS]\n"
-    "Draws a scan (meshed first) or a binary PLY mesh.\n\n"
+    "Draws a scan or a recording (meshed first) or a binary PLY mesh.\n\n"
     "  -o OUT.png               the picture\n"
     "  --view scanner           as the scanner saw it; a panorama where that is wide (default)\n"
     "  --view front|iso         from outside, at the scanner's back; obliquely from above\n"
@@ -22,7 +22,8 @@ static const char help[] =
     "  --size WxH               pixels (1600 wide)\n"
     "  --shade normal|attr|range\n"
     "  --edges                  with the triangles' edges\n"
-    "  --frame N                which frame of a sequence, from 0 (the last)\n\n" DX_THIN_HELP(
+    "  --frame N                which frame of a sequence, from 0 (the last)\n"
+    "  --topic TOPIC            of the clouds in an MCAP file (the only one)\n\n" DX_THIN_HELP(
         "--array WxH          ") "\n" DX_TERRAIN_HELP;
 
 #define MAX_PIXELS (1u << 25)
@@ -92,7 +93,17 @@ static int set_shade(struct args *a, const char *text)
     return k < 0 ? k : 0;
 }
 
-enum { OPT_VIEW = 256, OPT_SIZE, OPT_SHADE, OPT_EDGES, OPT_FRAME, OPT_ARRAY, OPT_KEEP, OPT_HELP };
+enum {
+    OPT_VIEW = 256,
+    OPT_SIZE,
+    OPT_SHADE,
+    OPT_EDGES,
+    OPT_FRAME,
+    OPT_TOPIC,
+    OPT_ARRAY,
+    OPT_KEEP,
+    OPT_HELP
+};
 
 static const struct option options[] = {
     {"view", required_argument, NULL, OPT_VIEW},
@@ -100,6 +111,7 @@ static const struct option options[] = {
     {"shade", required_argument, NULL, OPT_SHADE},
     {"edges", no_argument, NULL, OPT_EDGES},
     {"frame", required_argument, NULL, OPT_FRAME},
+    {"topic", required_argument, NULL, OPT_TOPIC},
     {"array", required_argument, NULL, OPT_ARRAY},
     {"keep", required_argument, NULL, OPT_KEEP},
     {"help", no_argument, NULL, OPT_HELP},
@@ -125,6 +137,8 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_FRAME:
         return dx_arg_u64(&a->config.frame, &(struct dx_arg){"dexel render", "--frame", text}, 0,
                           1000000000, "a frame's number");
+    case OPT_TOPIC:
+        return a->config.topic = text, 0;
     case OPT_ARRAY: /* --size is the picture's */
         return dx_thin_args_size(&a->config.thin,
                                  &(struct dx_arg){"dexel render", "--array", text});
@@ -151,7 +165,9 @@ static int check(const struct args *a)
     }
     if (dx_thin_args_check(&a->config.thin, "dexel render", "--array") < 0)
         return -EINVAL;
-    return dx_terrain_args_check(&a->config.terrain, "dexel render");
+    if (dx_terrain_args_check(&a->config.terrain, "dexel render") < 0)
+        return -EINVAL;
+    return dx_offline_check(&a->config, "dexel render");
 }
 
 static int parse(struct args *a, int argc, char **argv)

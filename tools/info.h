@@ -34,6 +34,10 @@ extern const struct dx_info_kind dx_info_mcap, dx_info_scan;
 /* An item of "damage". */
 json_t *dx_info_damage(uint64_t offset, uint64_t len, const char *text);
 
+/* Decodes every frame: tells frames, geometry, width, height, valid ...; those that cannot be
+ * decoded go into the list `damage`. Errors: -errno with err. */
+int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err *err);
+
 /* The object as indented lines; lists of objects as blocks. */
 void dx_info_print(const json_t *object);
 

@@ -1,6 +1,8 @@
 /* dexel info of MCAP recordings: by reading every message, or by the index. */
 #include "tools/info.h"
 
+#include "drivers/file/cloud_bag.h"
+#include "drivers/file/recording.h"
 #include "tools/mcap_open.h"
 
 #include <errno.h>
@@ -224,6 +226,23 @@ static void tell_damage(json_t *out, const struct dx_mcap_reader *r)
     json_object_set_new(out, "damage", list);
 }
 
+/* Of recordings of dexeld, and of clouds. What cannot be decoded says nothing against the file. */
+static void tell_frames(json_t *out, const struct dx_mcap_reader *r, const char *path)
+{
+    json_t *damage = json_array();
+    struct dx_err err = {""};
+    int rc;
+
+    if (dx_mcap_reader_topic(r, DX_RECORDING_TOPIC) || dx_cloud_bag_has_clouds(r)) {
+        rc = dx_info_frames(out, damage, path, &err);
+        if (rc < 0)
+            json_object_set_new(out, "not_decoded", json_string(err.text));
+        else if (json_array_size(damage))
+            json_object_set(out, "not_decoded", json_object_get(json_array_get(damage, 0), "text"));
+    }
+    json_decref(damage);
+}
+
 static int mcap_tell(json_t *out, const char *path, const struct dx_info_options *o,
                      struct dx_err *err)
 {
@@ -240,6 +259,8 @@ static int mcap_tell(json_t *out, const char *path, const struct dx_info_options
         rc = read_messages(tally, file.reader, err);
     tell_file(out, file.reader);
     json_object_set_new(out, "checked", json_boolean(!o->quick));
+    if (!o->quick && rc == 0)
+        tell_frames(out, file.reader, path);
     json_object_set_new(out, "channel", channels_json(file.reader, tally));
     json_object_set_new(out, "attachment", attachments_json(file.reader));
     json_object_set_new(out, "metadata", metadata_json(file.reader));

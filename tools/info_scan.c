@@ -1,121 +1,27 @@
 /* dexel info of scans: every frame through the file driver. */
 #include "tools/info.h"
 
-#include "drivers/file/file.h"
 #include "drivers/file/format.h"
 
-#include <errno.h>
-#include <string.h>
-
-struct tally {
-    struct dx_geometry *g;
-    struct dx_plane plane;
-    uint8_t attr_bytes;
-    uint64_t n_frames, n_geometries, n_dexels, n_valid;
-    struct dx_err *err;
-};
-
-static int tally_geometry(void *ctx, struct dx_geometry *g, uint8_t attr_bytes)
+static const char *format_of(const char *path)
 {
-    struct tally *t = ctx;
-    int rc;
-
-    dx_plane_fini(&t->plane);
-    rc = dx_plane_init_for(&t->plane, g, attr_bytes);
-    if (rc < 0)
-        return dx_err_set(t->err, rc, "%ux%u: %s", g->width, g->height, strerror(-rc));
-    dx_geometry_unref(t->g);
-    t->g = dx_geometry_ref(g);
-    t->attr_bytes = attr_bytes;
-    t->n_geometries++;
-    return 0;
-}
-
-static struct dx_plane *tally_plane(void *ctx, uint64_t number)
-{
-    struct tally *t = ctx;
-
-    (void)number; /* files come in whole frames */
-    dx_plane_clear(&t->plane);
-    return &t->plane;
-}
-
-static void tally_deliver(void *ctx, const struct dx_frame_part *part)
-{
-    struct tally *t = ctx;
-    size_t n = dx_plane_n_dexels(&t->plane);
-
-    if (!part->last)
-        return;
-    t->n_frames++;
-    t->n_dexels += n;
-    for (size_t k = 0; k < n; k++)
-        t->n_valid += dx_plane_range(&t->plane, k) != 0;
-}
-
-/* Every frame; a damaged one is told and passed over. */
-static int read_frames(struct dx_device *dev, struct tally *t, json_t *damage)
-{
-    const struct dx_frame_sink sink = {t, tally_geometry, tally_plane, tally_deliver};
-    struct dx_block block;
-    int rc;
-
-    while ((rc = dx_file_driver.read(dev, &block, t->err)) == 0) {
-        rc = dx_file_driver.decode(dev, &block, &sink, t->err);
-        if (rc == DX_DRIVER_E_CORRUPT)
-            json_array_append_new(damage, dx_info_damage(0, block.len, t->err->text));
-        else if (rc)
-            return rc;
-    }
-    return rc < 0 ? rc : 0;
-}
-
-static void tell_geometry(json_t *out, const struct tally *t, const struct dx_fit_report *fit)
-{
-    json_object_set_new(out, "geometry", json_string(dx_model_name(t->g->model)));
-    json_object_set_new(out, "width", json_integer(t->g->width));
-    json_object_set_new(out, "height", json_integer(t->g->height));
-    json_object_set_new(out, "seam_closed", json_boolean(t->g->wrap));
-    json_object_set_new(out, "unit_m", json_real((double)t->g->unit_m));
-    json_object_set_new(out, "attribute_bytes", json_integer(t->attr_bytes));
-    json_object_set_new(out, "geometries", json_integer((json_int_t)t->n_geometries));
-    if (fit) {
-        json_object_set_new(out, "rms_dexel", json_real(fit->rms_dexel));
-        json_object_set_new(out, "largest_range_m", json_real(fit->max_range_m));
-    }
-    json_object_set_new(out, "valid",
-                        json_real(t->n_dexels ? (double)t->n_valid / (double)t->n_dexels : 0));
+    return dx_format_has_ext(path, ".ptx")   ? "PTX"
+           : dx_format_has_ext(path, ".pcd") ? "PCD"
+                                             : "scans";
 }
 
 static int scan_tell(json_t *out, const char *path, const struct dx_info_options *o,
                      struct dx_err *err)
 {
-    const struct dx_file_config config = {.path = path, .attr_bytes = -1, .fit.seam = -1};
-    struct tally t = {.err = err};
     json_t *damage = json_array();
-    struct dx_device *dev;
-    int rc = dx_file_driver.open(&dev, &config, err);
+    int rc;
 
     (void)o; /* scans have no index, and no times */
-    if (rc == 0) {
-        rc = dx_file_driver.start(dev, err);
-        if (rc == 0)
-            rc = read_frames(dev, &t, damage);
-        json_object_set_new(out, "format",
-                            json_string(dx_format_has_ext(path, ".ptx")   ? "PTX"
-                                        : dx_format_has_ext(path, ".pcd") ? "PCD"
-                                                                          : "scans"));
-        json_object_set_new(out, "frames", json_integer((json_int_t)t.n_frames));
-        if (t.g)
-            tell_geometry(out, &t, dx_file_fit_report(dev));
-        dx_file_driver.stop(dev);
-        dx_file_driver.close(dev);
-    }
+    json_object_set_new(out, "format", json_string(format_of(path)));
+    rc = dx_info_frames(out, damage, path, err);
     json_object_set_new(out, "sound", json_boolean(json_array_size(damage) == 0));
     json_object_set_new(out, "damaged", json_integer((json_int_t)json_array_size(damage)));
     json_object_set_new(out, "damage", damage);
-    dx_plane_fini(&t.plane);
-    dx_geometry_unref(t.g);
     return rc;
 }
 

@@ -3,8 +3,8 @@
 
 #include "core/grid/lod.h"
 #include "core/wire/chunk.h"
-#include "drivers/file/file.h"
 #include "tools/now.h"
+#include "tools/source.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -71,10 +71,11 @@ static void sink_fini(struct sink *s)
  * --------------------------------------------------------------------------------------- */
 
 /* One block. 0; DX_DRIVER_E_EOF; negative. */
-static int step(struct dx_device *dev, const struct dx_frame_sink *sink, struct dx_err *err)
+static int step(const struct dx_driver *driver, struct dx_device *dev,
+                const struct dx_frame_sink *sink, struct dx_err *err)
 {
     struct dx_block block;
-    int rc = dx_file_driver.read(dev, &block, err);
+    int rc = driver->read(dev, &block, err);
 
     if (rc == DX_DRIVER_E_AGAIN)
         return 0;
@@ -82,21 +83,21 @@ static int step(struct dx_device *dev, const struct dx_frame_sink *sink, struct 
         return -EIO; /* err tells */
     if (rc != 0)
         return rc;
-    rc = dx_file_driver.decode(dev, &block, sink, err);
+    rc = driver->decode(dev, &block, sink, err);
     if (rc == DX_DRIVER_E_CORRUPT)
         return -EBADMSG; /* err tells */
     return rc > 0 ? dx_err_set(err, -EPROTO, "%s: a frame before its geometry", block.source) : rc;
 }
 
-static int read_frames(struct sink *s, struct dx_device *dev, const struct dx_offline_config *c,
-                       struct dx_err *err)
+static int read_frames(struct sink *s, const struct dx_driver *driver, struct dx_device *dev,
+                       const struct dx_offline_config *c, struct dx_err *err)
 {
     const struct dx_frame_sink sink = {s, on_geometry, on_plane, on_deliver};
-    int rc = dx_file_driver.start(dev, err);
+    int rc = driver->start(dev, err);
 
     while (rc == 0 && (c->frame == DX_OFFLINE_LAST || s->n_frames <= c->frame))
-        rc = step(dev, &sink, err);
-    dx_file_driver.stop(dev);
+        rc = step(driver, dev, &sink, err);
+    driver->stop(dev);
     if (rc < 0)
         return rc;
     if (!s->n_frames)
@@ -107,25 +108,32 @@ static int read_frames(struct sink *s, struct dx_device *dev, const struct dx_of
     return 0;
 }
 
+static struct dx_file_config source_of(const struct dx_offline_config *c)
+{
+    return (struct dx_file_config){.path = c->path,
+                                   .topic = c->topic,
+                                   .attr_bytes = -1,
+                                   .fit = c->terrain.fit,
+                                   .thin = c->thin,
+                                   .exact = c->exact};
+}
+
 static int decode_file(struct sink *s, struct dx_offline *o, const struct dx_offline_config *c,
                        struct dx_err *err)
 {
-    const struct dx_file_config config = {.path = c->path,
-                                          .attr_bytes = -1,
-                                          .fit = c->terrain.fit,
-                                          .thin = c->thin,
-                                          .exact = c->exact};
+    const struct dx_driver *driver = dx_source_driver(c->path);
+    const struct dx_file_config config = source_of(c);
     const struct dx_fit_report *report;
     struct dx_device *dev;
-    int rc = dx_file_driver.open(&dev, &config, err);
+    int rc = driver->open(&dev, &config, err);
 
     if (rc < 0)
         return rc;
-    rc = read_frames(s, dev, c, err);
-    report = dx_file_fit_report(dev);
+    rc = read_frames(s, driver, dev, c, err);
+    report = dx_source_fit_report(driver, dev);
     if (report)
         o->fit = *report;
-    dx_file_driver.close(dev);
+    driver->close(dev);
     return rc;
 }
 
@@ -225,18 +233,10 @@ static int store_tiles(struct dx_offline *o, const struct dx_terrain *t,
 static int check_encoding(const struct dx_plane *plane, const struct dx_offline_config *c,
                           struct dx_err *err)
 {
-    const bool of_ranges = c->encoding == DX_ENCODING_Q16 || c->encoding == DX_ENCODING_DELTA;
-
     if (c->encoding == DX_ENCODING_Q16 && plane->range_bytes != 2)
         return dx_err_set(err, -EINVAL,
                           "%s: q16 needs ranges of 16 bits, found 32; a coarser unit helps",
                           c->path);
-    if (c->exact && of_ranges)
-        return dx_err_set(err, -EINVAL, "%s: %s carries ranges, found exact points; take f32",
-                          c->path, c->encoding == DX_ENCODING_Q16 ? "q16" : "delta");
-    if (!dx_lod_is_whole(c->lod) && of_ranges)
-        return dx_err_set(err, -EINVAL, "%s: %s carries whole cells, no level of detail; take f32",
-                          c->path, c->encoding == DX_ENCODING_Q16 ? "q16" : "delta");
     return 0;
 }
 
@@ -294,4 +294,16 @@ void dx_offline_fini(struct dx_offline *o)
     dx_mesh_store_free(o->mesh);
     dx_geometry_unref(o->geometry);
     *o = (struct dx_offline){0};
+}
+
+int dx_offline_check(const struct dx_offline_config *c, const char *command)
+{
+    const struct dx_file_config source = source_of(c);
+    const char *encoding = c->encoding == DX_ENCODING_Q16     ? "q16"
+                           : c->encoding == DX_ENCODING_DELTA ? "delta"
+                                                              : NULL;
+
+    if (dx_encoding_args_check(encoding, c->exact, !dx_lod_is_whole(c->lod), command) < 0)
+        return -EINVAL;
+    return dx_source_check(&source, command);
 }

@@ -1,5 +1,5 @@
 /*
- * A scan file meshed without the service: the file driver's frames into terrain mode into a mesh
+ * A scan file or a recording meshed without the service: its frames into terrain mode into a mesh
  * store, by the same calls in the same order as the service makes. One thread, and a pool for the
  * tiles.
  */
@@ -15,7 +15,8 @@
 #define DX_OFFLINE_PLAIN (-1)       /* encoding: none, tiles as they are */
 
 struct dx_offline_config {
-    const char *path; /* file, directory or glob */
+    const char *path;  /* file, directory or glob */
+    const char *topic; /* of clouds in MCAP; NULL: the only one */
     struct dx_terrain_args terrain;
     struct dx_thin_options thin;
     bool exact;         /* vertices are the file's own points */
@@ -42,5 +43,8 @@ struct dx_offline {
 int dx_offline_run(struct dx_offline *o, const struct dx_offline_config *config,
                    struct dx_err *err);
 void dx_offline_fini(struct dx_offline *o);
+
+/* After the last option: what the path takes. 0; -EINVAL having said why. */
+int dx_offline_check(const struct dx_offline_config *config, const char *command);
 
 #endif

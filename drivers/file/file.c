@@ -6,6 +6,7 @@
 #include "drivers/file/file.h"
 
 #include "drivers/file/array.h"
+#include "drivers/file/cloud_bag.h"
 #include "drivers/file/file_list.h"
 #include "drivers/file/format.h"
 #include "drivers/file/slurp.h"
@@ -19,9 +20,11 @@
 #include <string.h>
 
 #define DEFAULT_FPS 10.0
+#define NO_FORMAT   "neither PTX nor PCD nor MCAP"
 
 struct dx_device {
-    struct dx_file_config config; /* path is list's business */
+    struct dx_file_config config; /* without its texts */
+    char *topic;                  /* of clouds in MCAP files */
     char name[128];               /* of the source, without folders */
     struct dx_file_list list;
     struct dx_pace pace;
@@ -30,8 +33,9 @@ struct dx_device {
     size_t next_file;
     bool file_open, block_ready;
     struct dx_slurp file;
-    size_t offset;  /* of the next block */
-    unsigned scans; /* blocks cut from this file */
+    struct dx_cloud_bag *bag; /* NULL: the file is `file` */
+    size_t offset;            /* of the next block */
+    unsigned scans;           /* blocks cut from this file */
     uint64_t number, n_decoded;
     uint64_t decoded_before; /* n_decoded at the start of this pass over the files */
     struct dx_block block;
@@ -68,6 +72,8 @@ static void file_close(struct dx_device *dev)
     dx_pace_fini(&dev->pace);
     dx_file_list_fini(&dev->list);
     dx_slurp_fini(&dev->file);
+    dx_cloud_bag_close(dev->bag);
+    free(dev->topic);
     dx_xyz_frame_fini(&dev->frame);
     dx_array_fini(&dev->array);
     free(dev);
@@ -99,10 +105,13 @@ static int open_decoder(struct dx_device **out, const void *config, struct dx_er
     dev->config.fps = c->fps > 0 ? c->fps : DEFAULT_FPS;
     set_name(dev, c->path);
     rc = dx_pace_init(&dev->pace, c->rate);
-    dev->config.path = NULL; /* the caller's memory */
+    dev->config.path = dev->config.topic = NULL; /* the caller's memory */
+    dev->topic = strdup(c->topic ? c->topic : "");
+    if (rc == 0 && !dev->topic)
+        rc = -ENOMEM;
     if (rc) {
         file_close(dev);
-        return dx_err_set(err, rc, "%s: cannot make an eventfd: %s", c->path, strerror(-rc));
+        return dx_err_set(err, rc, "%s: cannot be opened: %s", c->path, strerror(-rc));
     }
     *out = dev;
     return 0;
@@ -139,7 +148,7 @@ static void file_stop(struct dx_device *dev)
 
 /* ---- read ------------------------------------------------------------------------------------ */
 
-static void set_block(struct dx_device *dev, size_t len)
+static void set_block(struct dx_device *dev, const uint8_t *bytes, size_t len)
 {
     const char *path = dev->list.paths[dev->next_file - 1];
 
@@ -148,14 +157,13 @@ static void set_block(struct dx_device *dev, size_t len)
     else
         snprintf(dev->source, sizeof(dev->source), "scan %u of %s", dev->scans, path);
     dev->block = (struct dx_block){
-        .bytes = len ? dev->file.bytes + dev->offset : NULL,
+        .bytes = len ? bytes : NULL,
         .len = len,
         .number = dev->number++,
         .source = dev->source,
     };
     dev->block.stamp.device_ns = (uint64_t)((double)dev->block.number / dev->config.fps * 1e9);
     dev->block.stamp.clock_id = DX_CLOCK_NONE;
-    dev->offset += len;
     dev->block_ready = true;
 }
 
@@ -163,7 +171,17 @@ static void set_block(struct dx_device *dev, size_t len)
 static void set_fault(struct dx_device *dev)
 {
     dev->file_open = false;
-    set_block(dev, 0);
+    set_block(dev, NULL, 0);
+}
+
+static int open_file(struct dx_device *dev, const char *path)
+{
+    dx_cloud_bag_close(dev->bag);
+    dev->bag = NULL;
+    if (!dx_cloud_bag_probe(path))
+        return dx_slurp_file(&dev->file, path, DX_SLURP_MAX, &dev->fault);
+    dx_pace_restart(&dev->pace); /* its times are its own */
+    return dx_cloud_bag_open(&dev->bag, path, dev->topic, &dev->fault);
 }
 
 /* Opens the next file; a block is ready only when it could not be read. EOF at the end. */
@@ -183,7 +201,7 @@ static int open_next(struct dx_device *dev)
     dev->offset = 0;
     dev->scans = 0;
     dev->file_open = true;
-    if (dx_slurp_file(&dev->file, path, DX_SLURP_MAX, &dev->fault) != 0)
+    if (open_file(dev, path) != 0)
         set_fault(dev);
     return 0;
 }
@@ -199,10 +217,32 @@ static void cut(struct dx_device *dev)
 
     if (len != 0) {
         /* with an error in it, the rest: decode() will say what is wrong */
-        set_block(dev, len > 0 ? (size_t)len : left);
+        set_block(dev, bytes, len > 0 ? (size_t)len : left);
+        dev->offset += dev->block.len;
     } else if (dev->offset == 0) {
         dx_err_set(&dev->fault, 0, "%s: %s", path,
-                   left && !format ? "neither PTX nor PCD" : "empty, expected a recording");
+                   left && !format ? NO_FORMAT : "empty, expected a recording");
+        set_fault(dev);
+    } else {
+        dev->file_open = false;
+    }
+}
+
+/* The next message of the open file is a block, at its own time. */
+static void take_message(struct dx_device *dev)
+{
+    struct dx_mcap_message m;
+    int rc = dx_cloud_bag_next(dev->bag, &m, &dev->fault);
+
+    if (rc < 0) {
+        set_fault(dev);
+    } else if (rc == 0) {
+        set_block(dev, m.data.p, m.data.len);
+        dev->block.stamp.device_ns = m.log_time;
+        dev->block.stamp.clock_id = DX_CLOCK_REALTIME;
+    } else if (dev->scans == 0) {
+        dx_err_set(&dev->fault, 0, "%s: found no message, expected clouds",
+                   dev->list.paths[dev->next_file - 1]);
         set_fault(dev);
     } else {
         dev->file_open = false;
@@ -214,7 +254,9 @@ static int file_read(struct dx_device *dev, struct dx_block *block, struct dx_er
     int rc = 0;
 
     while (!dev->block_ready && rc == 0) {
-        if (dev->file_open)
+        if (dev->file_open && dev->bag)
+            take_message(dev);
+        else if (dev->file_open)
             cut(dev);
         else
             rc = open_next(dev);
@@ -242,7 +284,7 @@ static int read_points(struct dx_device *dev, const struct dx_block *block, stru
                           dev->fault.text[0] ? dev->fault.text : "empty block");
     format = dx_format_find(block->bytes, block->len, block->source);
     if (!format)
-        return dx_err_set(err, DX_DRIVER_E_CORRUPT, "%s: neither PTX nor PCD", block->source);
+        return dx_err_set(err, DX_DRIVER_E_CORRUPT, "%s: " NO_FORMAT, block->source);
     rc = format->decode(&dev->frame, block->bytes, block->len, err);
     if (rc)
         dx_err_prefix(err, block->source);

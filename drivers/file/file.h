@@ -11,11 +11,14 @@
 #include "core/grid/represent.h"
 
 struct dx_file_config {
-    const char *path; /* file, directory or glob */
-    double rate;      /* 1 real time, N times; 0 = max */
-    double fps;       /* frames a second where the files carry no time; 0 = 10 */
+    const char *path;  /* file, directory or glob */
+    const char *topic; /* of clouds in MCAP files of other programs; NULL, "": the only one */
+    double rate;       /* 1 real time, N times; 0 = max */
+    double fps;        /* frames a second where the files carry no time; 0 = 10 */
     bool loop;
-    int attr_bytes; /* -1: as the data has it; 0 none; 1; 2 */
+    double start_s, end_s; /* of recordings: the stretch that is played; end_s 0: to the end */
+    bool restamp;          /* of recordings: device stamps tell when they are played */
+    int attr_bytes;        /* -1: as the data has it; 0 none; 1; 2 */
     struct dx_fit_options fit;
     struct dx_thin_options thin; /* an array of chosen size instead of the files' own grid */
     bool exact;                  /* planes carry the points themselves; not with a mean of them */

@@ -114,6 +114,13 @@ int dx_file_list_init(struct dx_file_list *list, const char *path, struct dx_err
     return 0;
 }
 
+void dx_file_list_remove(struct dx_file_list *list, size_t k)
+{
+    free(list->paths[k]);
+    list->n--;
+    memmove(&list->paths[k], &list->paths[k + 1], (list->n - k) * sizeof(*list->paths));
+}
+
 void dx_file_list_fini(struct dx_file_list *list)
 {
     for (size_t k = 0; k < list->n; k++)

@@ -52,7 +52,7 @@ struct dx_format {
     int (*decode)(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len, struct dx_err *err);
 };
 
-extern const struct dx_format dx_format_ptx, dx_format_pcd;
+extern const struct dx_format dx_format_ptx, dx_format_pcd, dx_format_ros;
 
 /* The format of these first bytes: by content, else by the name. NULL: neither. */
 const struct dx_format *dx_format_find(const uint8_t *bytes, size_t len, const char *path);

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
-static const struct dx_format *const formats[] = {&dx_format_ptx, &dx_format_pcd};
+static const struct dx_format *const formats[] = {&dx_format_ptx, &dx_format_pcd, &dx_format_ros};
 
 #define N_FORMATS (sizeof(formats) / sizeof(formats[0]))
 

@@ -8,6 +8,26 @@
 
 #define GEOMETRY_HEAD (8 + 2 * 4 + 4 + 12 * 8 + 4)
 
+struct dx_recording_piece dx_recording_piece_of(const struct dx_block *block, bool starts_frame,
+                                                size_t offset)
+{
+    size_t len = block->len - offset;
+
+    return (struct dx_recording_piece){
+        .number = block->number,
+        .device_ns = block->stamp.device_ns,
+        .clock_id = block->stamp.clock_id,
+        .flags = (uint16_t)((starts_frame ? DX_RECORDING_STARTS_FRAME : 0) |
+                            (block->first ? DX_RECORDING_FIRST : 0)),
+        .block_len = block->len,
+        .offset = offset,
+        .source = block->source,
+        .source_len = (uint16_t)(offset ? 0 : strnlen(block->source, DX_RECORDING_MAX_SOURCE)),
+        .bytes = block->len ? block->bytes + offset : NULL,
+        .len = len < DX_RECORDING_PIECE ? len : DX_RECORDING_PIECE,
+    };
+}
+
 size_t dx_recording_piece_len(const struct dx_recording_piece *p)
 {
     return DX_RECORDING_HEAD + (size_t)p->source_len + p->len;

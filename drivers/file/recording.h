@@ -37,6 +37,9 @@ struct dx_recording_piece {
     size_t len;
 };
 
+/* The piece of a block that begins at `offset`, as long as it may be. */
+struct dx_recording_piece dx_recording_piece_of(const struct dx_block *block, bool starts_frame,
+                                                size_t offset);
 size_t dx_recording_piece_len(const struct dx_recording_piece *p);
 /* Room of dx_recording_piece_len(). */
 void dx_recording_put_piece(uint8_t *out, const struct dx_recording_piece *p);

@@ -47,6 +47,21 @@ for n in 1 50; do
   measure --control "$run/control.sock" --subscribers $n --seconds "$latency_seconds"
   stop_dexeld
 done
+
+# beside_recorder NAME KEYS: scans from files, which are blocks large enough to be worth recording
+beside_recorder() {
+  head_line "Latency, scans of 1.2 MB, $1" \
+    "320x240 at 30 Hz from PCD files, 37 MB/s that can be recorded, delta, one subscriber."
+  serve "    file: {path: $run/scans, fps: 30, loop: yes}
+    record: {$2, split_mib: 64, keep_mib: 512}"
+  measure --control "$run/control.sock" --seconds "$latency_seconds"
+  stop_dexeld
+}
+"$B/bin/dexel" sim moving-box -o "$run/scans" --format pcd --size 320x240 --noise 0.001 --frames 30
+beside_recorder 'not recorded' 'path: ""'
+beside_recorder 'recorded' "path: $run/none.mcap, compression: none"
+beside_recorder 'recorded with zstd' "path: $run/zstd.mcap"
+
 for n in 1 50; do
   head_line "Latency, every tile changes, $n subscribed" "640x480 at 30 Hz with drop-outs that come and go, q16."
   serve "$all"

@@ -48,6 +48,9 @@ there; *resets*: subscribers who had to begin anew.
 TEXT
 sh tests/bench/live.sh --markdown
 
+say "recordings"
+TMPDIR=$(test -d /dev/shm && echo /dev/shm || echo "${TMPDIR:-/tmp}") "$dexel" bench record --size 848x480 --markdown
+
 say "the paper's table"
 cat <<'TEXT'
 ## The paper's table

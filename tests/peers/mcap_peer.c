@@ -3,6 +3,7 @@
  * same words as mcap_peer.mjs does.
  *   mcap_peer write FILE none|lz4|zstd
  *   mcap_peer cloud FILE            a PointCloud2 of 2 x 3 points, twice
+ *   mcap_peer scene FILE            SceneUpdates: with colours, without, and of nothing
  *   mcap_peer list|stream FILE      by log time and index, or in the order of the file
  */
 #include "core/base/rng.h"
@@ -10,6 +11,7 @@
 #include "drivers/file/mcap_read.h"
 #include "drivers/file/mcap_write.h"
 #include "drivers/file/ros_cloud.h"
+#include "drivers/file/ros_scene.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -145,37 +147,90 @@ static size_t make_cloud(uint8_t *out, size_t room)
     return dx_ros_cloud_len(&c);
 }
 
-static void write_cloud(const char *path)
+/* A file of one channel of a schema. */
+static struct dx_mcap_writer *begin_ros(const char *path, const char *topic, const char *name,
+                                        const char *text)
 {
     const struct dx_mcap_writer_config config = {.profile = "ros2"};
-    const struct dx_mcap_schema schema = {1, dx_mcap_text(DX_ROS_CLOUD_NAME),
-                                          dx_mcap_text("ros2msg"), bytes_of(dx_ros_cloud_schema)};
+    const struct dx_mcap_schema schema = {1, dx_mcap_text(name), dx_mcap_text("ros2msg"),
+                                          bytes_of(text)};
     const struct dx_mcap_pair qos = {dx_mcap_text("offered_qos_profiles"), dx_mcap_text("")};
-    uint8_t data[1000], map[64];
+    uint8_t map[64];
     struct dx_writer out = dx_writer_init(map, sizeof(map));
     struct dx_mcap_channel channel = {.id = 1,
                                       .schema_id = 1,
-                                      .topic = dx_mcap_text("/points"),
+                                      .topic = dx_mcap_text(topic),
                                       .message_encoding = dx_mcap_text("cdr")};
-    struct dx_mcap_message m = {.channel_id = 1, .data = {data, make_cloud(data, sizeof(data))}};
-    int fd = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
-    const struct dx_mcap_sink sink = dx_mcap_sink_fd(fd);
+    const struct dx_mcap_sink sink = dx_mcap_sink_fd(open(path, O_RDWR | O_CREAT | O_TRUNC, 0666));
     struct dx_mcap_writer *w;
     struct dx_err err;
 
-    if (fd < 0)
-        die(path, -errno);
     dx_mcap_put_pairs(&out, &qos, 1);
     channel.metadata = (struct dx_mcap_bytes){map, (size_t)(out.p - map)};
     must("open", dx_mcap_writer_new(&w, &config, &err));
     must("schema", dx_mcap_writer_schema(w, &schema));
     must("channel", dx_mcap_writer_channel(w, &channel));
     must("begin", dx_mcap_writer_begin(w, &sink));
-    for (m.sequence = 0; m.sequence < 2; m.sequence++)
-        must("message", dx_mcap_writer_message(w, &m));
+    return w;
+}
+
+static void end_ros(struct dx_mcap_writer *w)
+{
     must("finish", dx_mcap_writer_finish(w));
     dx_mcap_writer_free(w);
-    close(fd);
+}
+
+static void write_cloud(const char *path)
+{
+    struct dx_mcap_writer *w = begin_ros(path, "/points", DX_ROS_CLOUD_NAME, dx_ros_cloud_schema);
+    uint8_t data[1000];
+    struct dx_mcap_message m = {.channel_id = 1, .data = {data, make_cloud(data, sizeof(data))}};
+
+    for (m.sequence = 0; m.sequence < 2; m.sequence++)
+        must("message", dx_mcap_writer_message(w, &m));
+    end_ros(w);
+}
+
+static void put_scene(struct dx_mcap_writer *w, const struct dx_ros_scene *s)
+{
+    uint8_t data[2000];
+    struct dx_mcap_message m = {.channel_id = 1,
+                                .data = {data, dx_ros_scene_put(s, data, sizeof(data))}};
+
+    if (m.data.len > sizeof(data))
+        die("scene", -ENOSPC);
+    must("message", dx_mcap_writer_message(w, &m));
+}
+
+/* Two triangles, once with a colour for each point; then a deletion alone. */
+static void write_scene(const char *path)
+{
+    static const float points[] = {0, 0, 0.5f, 1, 0, 0.5f, 0, 1, 0.5f, 1, 1, 0.25f};
+    static const float colors[] = {1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 0.5f, 1, 1, 1, 1};
+    static const uint32_t indices[] = {0, 1, 2, 2, 1, 3};
+    struct dx_ros_scene s = {.stamp_ns = UINT64_C(1700000000500000000),
+                             .frame_id = "scanner",
+                             .id = "mesh/7",
+                             .clears = true,
+                             .position = {0.5, -1, 2},
+                             .orientation = {0, 0, 0, 1},
+                             .points = points,
+                             .n_points = 4,
+                             .indices = indices,
+                             .n_indices = 6,
+                             .color = {0, 0.5, 1, 1},
+                             .colors = colors};
+    struct dx_mcap_writer *w = begin_ros(path, "/mesh", DX_ROS_SCENE_NAME, dx_ros_scene_schema);
+
+    put_scene(w, &s);
+    s.id = "mesh/8";
+    s.clears = false;
+    s.colors = NULL;
+    put_scene(w, &s);
+    s.clears = true;
+    s.n_indices = 0;
+    put_scene(w, &s);
+    end_ros(w);
 }
 
 /* ---- list -------------------------------------------------------------------------------------
@@ -302,6 +357,8 @@ int main(int argc, char **argv)
         write_file(argv[2], argv[3]);
     else if (argc == 3 && strcmp(argv[1], "cloud") == 0)
         write_cloud(argv[2]);
+    else if (argc == 3 && strcmp(argv[1], "scene") == 0)
+        write_scene(argv[2]);
     else if (argc == 3)
         list_file(argv[2], strcmp(argv[1], "stream") == 0);
     else

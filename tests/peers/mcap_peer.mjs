@@ -2,13 +2,15 @@
 // way that library can (it cannot compress with lz4: lz4js does), or lists one in the same words as mcap_peer.c does.
 //   node mcap_peer.mjs write FILE none|lz4|zstd [noindex] [nochunks] [nosummary] [norepeat] [unknown]
 //   node mcap_peer.mjs list|stream FILE
-//   node mcap_peer.mjs cloud FILE       each PointCloud2, decoded by the schema in the file
+//   node mcap_peer.mjs ros FILE         each PointCloud2 and SceneUpdate, decoded by the schema in the file
+//   node mcap_peer.mjs schema FILE      the types of each schema, beside those that @foxglove/schemas publishes
 import { readFileSync, writeFileSync } from "node:fs";
 import { McapIndexedReader, McapStreamReader, McapWriter } from "@mcap/core";
 import { loadDecompressHandlers } from "@mcap/support";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { crc32 } from "@foxglove/crc";
+import foxgloveSchemas from "@foxglove/schemas/internal.js";
 import lz4 from "lz4js";
 import * as zstdModule from "@foxglove/wasm-zstd";
 
@@ -74,20 +76,77 @@ function stream(bytes, decompressHandlers) {
   lines.push(...attachments, ...metadata);
 }
 
-function clouds(bytes, decompressHandlers) {
+// ---- messages of ROS --------------------------------------------------------------------------------
+
+const time = (t) => `${t.sec}.${t.nanosec ?? t.nsec}`;
+const xyz = (p) => `${p.x} ${p.y} ${p.z}`;
+const rgba = (c) => `${c.r} ${c.g} ${c.b} ${c.a}`;
+
+function cloudLines(m) {
+  const view = new DataView(m.data.buffer, m.data.byteOffset, m.data.byteLength);
+  lines.push(`${m.header.frame_id} ${time(m.header.stamp)} ${m.height}x${m.width} ` +
+    `step ${m.point_step} ${m.row_step} big ${m.is_bigendian} dense ${m.is_dense}`);
+  lines.push(m.fields.map((f) => `${f.name}:${f.offset}:${f.datatype}:${f.count}`).join(" "));
+  const get = (f, at) => (f.datatype === 4 ? view.getUint16(at + f.offset, true) : view.getFloat32(at + f.offset, true));
+  for (let at = 0; at < m.data.length; at += m.point_step) lines.push(m.fields.map((f) => get(f, at)).join(" "));
+}
+
+function sceneLines(m) {
+  for (const d of m.deletions) lines.push(`delete ${time(d.timestamp)} ${d.type} '${d.id}'`);
+  for (const e of m.entities) {
+    const none = ["metadata", "arrows", "cubes", "spheres", "cylinders", "lines", "texts", "models"];
+    lines.push(`entity ${time(e.timestamp)} ${e.frame_id} ${e.id} for ${time(e.lifetime)} locked ${e.frame_locked} ` +
+      `others ${none.map((n) => e[n].length).join("")}`);
+    for (const t of e.triangles) {
+      lines.push(`at ${xyz(t.pose.position)}, ${xyz(t.pose.orientation)} ${t.pose.orientation.w}`);
+      for (const p of t.points) lines.push(xyz(p));
+      lines.push(`color ${rgba(t.color)}`);
+      for (const c of t.colors) lines.push(rgba(c));
+      lines.push(`indices ${[...t.indices].join(" ")}`);
+    }
+  }
+}
+
+function messages(bytes, decompressHandlers) {
   const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
-  let decoder;
+  const schemas = new Map(), channels = new Map();
   reader.append(bytes);
   for (let r; (r = reader.nextRecord()); ) {
-    if (r.type === "Schema") decoder = new MessageReader(parse(new TextDecoder().decode(r.data), { ros2: true }));
+    if (r.type === "Schema") schemas.set(r.id, r);
+    else if (r.type === "Channel") channels.set(r.id, r);
     if (r.type !== "Message") continue;
+    const schema = schemas.get(channels.get(r.channelId).schemaId);
+    const decoder = new MessageReader(parse(new TextDecoder().decode(schema.data), { ros2: true }));
     const m = decoder.readMessage(r.data);
-    const view = new DataView(m.data.buffer, m.data.byteOffset, m.data.byteLength);
-    lines.push(`${m.header.frame_id} ${m.header.stamp.sec}.${m.header.stamp.nanosec} ${m.height}x${m.width} ` +
-      `step ${m.point_step} ${m.row_step} big ${m.is_bigendian} dense ${m.is_dense}`);
-    lines.push(m.fields.map((f) => `${f.name}:${f.offset}:${f.datatype}:${f.count}`).join(" "));
-    for (let at = 0; at < m.data.length; at += m.point_step)
-      lines.push([0, 4, 8].map((i) => view.getFloat32(at + i, true)).join(" ") + ` ${view.getUint16(at + 12, true)}`);
+    if (schema.name === "sensor_msgs/msg/PointCloud2") cloudLines(m);
+    else sceneLines(m);
+  }
+  if (!reader.done()) throw new Error("the file did not end");
+}
+
+// Fields in their order, constants apart: they are in no message. Of builtin_interfaces the parser makes its own.
+function types(text) {
+  const fields = (d, constant) =>
+    d.definitions.filter((f) => !!f.isConstant === constant)
+      .map((f) => `${f.type}${f.isArray ? "[]" : ""} ${f.name}${constant ? `=${f.value}` : ""}`);
+  return parse(text, { ros2: true })
+    .filter((d) => !(d.name ?? "").startsWith("builtin_interfaces/"))
+    .map((d) => `${d.name ?? "the message"}: ${fields(d, false).join(", ")}; ${fields(d, true).join(", ")}`)
+    .sort();
+}
+
+function schemaTypes(bytes, decompressHandlers) {
+  const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
+  const { foxgloveMessageSchemas, generateRosMsgMergedSchema } = foxgloveSchemas;
+  reader.append(bytes);
+  for (let r; (r = reader.nextRecord()); ) {
+    const published = r.type === "Schema" && foxgloveMessageSchemas[r.name.replace("foxglove_msgs/msg/", "")];
+    if (!published) continue;
+    const ours = types(new TextDecoder().decode(r.data));
+    const theirs = types(generateRosMsgMergedSchema(published, { rosVersion: 2 }));
+    if (ours.join("\n") !== theirs.join("\n"))
+      throw new Error(`${r.name}:\n${ours.join("\n")}\nis published as\n${theirs.join("\n")}`);
+    lines.push(`${r.name} ${ours.length} types`);
   }
 }
 
@@ -186,7 +245,8 @@ if (mode === "write") {
   const bytes = new Uint8Array(readFileSync(path));
   checkDataCrc(bytes);
   if (mode === "list") await list(bytes, handlers);
-  else if (mode === "cloud") clouds(bytes, handlers);
+  else if (mode === "ros") messages(bytes, handlers);
+  else if (mode === "schema") schemaTypes(bytes, handlers);
   else stream(bytes, handlers);
   process.stdout.write(lines.join("\n") + "\n");
 }

@@ -55,6 +55,11 @@ positive 1 delta_ns
 expect 0 "$dexel" bench rules --json $small
 positive 4 first_ns rescue_ns mixed_ns bend_ns bridge_ns normals_ns caps_ns
 
+# Recordings in each compression, and the programs beside; the one that does not compress holds all bytes.
+expect 0 "$dexel" bench record --json --size 640x480 --rounds 1
+positive "$(values percent | wc -l)" write_gb_per_s read_gb_per_s
+values percent | awk 'NR == 1 && $1 < 100 {exit 1} END {exit NR < 4}' || fail "shares: $(values percent | tr '\n' ' ')"
+
 # 7 x 5 tiles of 420x300: a fifth are seven.
 expect 0 "$dexel" bench update --json --size 420x300 --dirty 0.2 --rounds 3
 positive 1 f32_ms f32_full_ms f32_percent q16_percent delta_percent

@@ -77,6 +77,18 @@ expect 2 "$dexel" render last.ply -o x.png --frame 3
 says "dexel render: --frame: found the mesh 'last.ply', expected a scan"
 [ ! -e x.png ] || fail 'render wrote a picture all the same'
 expect 2 "$dexel" nothing
+for options in '--exact --encoding q16' '--exact --encoding delta' '--lod 2 --encoding q16' '--stride 4 --encoding delta'; do
+  # shellcheck disable=SC2086 # words
+  expect 2 "$dexel" mesh seq --stats $options
+  says "dexel mesh: --encoding: found '"
+done
+for options in '--lod 2 --encoding q16' '--encoding delta --stride 4'; do
+  # shellcheck disable=SC2086 # words
+  expect 2 "$dexel" cat --socket mesh.sock $options
+  says "dexel cat: --encoding: found '"
+done
+expect 2 "$dexel" bench nope
+says "found 'nope', expected a benchmark (rules|update|lod|live|record|paper|quality) or stages of a frame (publish|"
 expect 1 "$dexel" mesh none.ptx --stats
 expect 1 "$dexel" mesh seq --frame 4 --stats
 says 'seq: found 4 frames, expected one of number 4'

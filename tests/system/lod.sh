@@ -56,5 +56,5 @@ refused() { # refused TEXT OPTION...
 }
 refused "--lod: found '0', expected" mesh "$run/scan" --stats --lod 0
 refused "--stride: found '3', expected" mesh "$run/scan" --stats --stride 3
-refused "no level of detail; take f32" mesh "$run/scan" --stats --lod 4 --encoding q16
-refused "comes as f32 only" cat --socket "$run/mesh.sock" --lod 4 --encoding delta
+refused "with a level of detail, expected f32" mesh "$run/scan" --stats --lod 4 --encoding q16
+refused "with a level of detail, expected f32" cat --socket "$run/mesh.sock" --lod 4 --encoding delta

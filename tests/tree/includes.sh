@@ -19,7 +19,11 @@ rule core/wire 'core/(base|rows|grid|wire)/'
 rule drivers '(core|drivers)/'
 rule client 'client/|core/(wire|base)/|core/grid/(geometry|tile|plane|octahedral).h'
 rule daemon '(core|drivers|daemon)/'
-rule tools 'client/|core/|tools/|drivers/(driver.h|replay.h|file|synth)'
+rule tools 'client/|core/|tools/|drivers/(driver.h|replay.h|file|synth)|daemon/config.h'
+
+# A configuration is read and printed in one place, for the service and for the tools: it knows nothing of the service.
+hits=$(grep -nE '^#include "' daemon/config*.[ch] | grep -vE '#include "(core/|drivers/|daemon/config|daemon/record_files.h)')
+[ -z "$hits" ] || breach "daemon/config* may not include: $hits"
 
 # Siblings do not know each other: a driver's folder includes itself and drivers/*.h only.
 # drivers/usb is their common way to libusb.

@@ -25,7 +25,7 @@
 
 struct mem_file {
     uint8_t *bytes;
-    size_t len;
+    size_t len, cap;
     uint64_t budget; /* bytes that can still be written; then a torn write and -ENOSPC */
     unsigned n_truncates;
     uint64_t bad_from, bad_to; /* reading any byte of this is -EIO */
@@ -42,7 +42,10 @@ static inline int mem_write(void *ctx, uint64_t offset, const void *bytes, size_
     size_t n = len <= f->budget ? len : (size_t)f->budget;
 
     if (offset + n > f->len) {
-        f->bytes = realloc(f->bytes, offset + n + 1);
+        if (!f->bytes || offset + n > f->cap) {
+            f->cap = 2 * (offset + n) + 1;
+            f->bytes = realloc(f->bytes, f->cap);
+        }
         assert_non_null(f->bytes);
         assert_true(offset <= f->len); /* a hole is never written */
         f->len = offset + n;

@@ -123,7 +123,7 @@ static void says_what_is_no_recording(void **state)
     (void)state;
     write_file(folder, "notes.txt", "text\n", 5);
     dev = open_path(folder, "notes.txt");
-    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "notes.txt: neither PTX nor PCD");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "notes.txt: neither PTX nor PCD nor MCAP");
     expect_step(dev, &k, DX_DRIVER_E_EOF, "");
     close_device(dev);
     add_scan(&b, 0, 2, 0);

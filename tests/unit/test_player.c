@@ -4,7 +4,7 @@
 #include "daemon/config.h"
 #include "daemon/log.h"
 #include "daemon/player.h"
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 #include "daemon/record_files.h"
 #include "daemon/recorder.h"
 
@@ -83,16 +83,20 @@ static void record(const char *folder, const char *name, const char *yaml, uint6
 /* ---- playing ---------------------------------------------------------------------------------
  */
 
-static struct dx_device *open_player(const char *path, bool loop, double rate)
+static struct dx_device *open_with(const struct dx_file_config *c)
 {
-    const struct dx_file_config c = {.path = path, .loop = loop, .rate = rate};
     struct dx_device *dev = NULL;
     struct dx_err err = {""};
 
-    if (dx_player_driver.open(&dev, &c, &err) != 0)
+    if (dx_player_driver.open(&dev, c, &err) != 0)
         fail_msg("%s", err.text);
     assert_int_equal(dx_player_driver.start(dev, &err), 0);
     return dev;
+}
+
+static struct dx_device *open_player(const char *path, bool loop, double rate)
+{
+    return open_with(&(struct dx_file_config){.path = path, .loop = loop, .rate = rate});
 }
 
 static int play_block(struct dx_device *dev, struct kept *k)
@@ -226,6 +230,68 @@ static void jumps(void **state)
     remove_folder(folder);
 }
 
+/* From 1.5 s to 2.9 s of the recording: frames 6 to 11, over and over. */
+static void plays_a_stretch(void **state)
+{
+    char *folder = make_folder(), *path = path_in(folder, "r*.mcap");
+    struct dx_file_config c = {.path = path, .start_s = 1.5, .end_s = 2.99};
+    struct dx_device *dev;
+    struct kept k = {0};
+    struct dx_err err;
+
+    (void)state;
+    record(folder, "r.mcap", YAML(5), 1500000000u);
+    dev = open_with(&c);
+    for (uint64_t n = 6; n < 12; n++) {
+        assert_int_equal(play(dev, &k), 0);
+        assert_int_equal(k.part.frame, n);
+        expect_frame(&k, n);
+    }
+    assert_int_equal(play(dev, &k), DX_DRIVER_E_EOF);
+    dx_player_driver.close(dev);
+
+    c.loop = true;
+    dev = open_with(&c);
+    for (uint64_t n = 0; n < 20; n++) {
+        assert_int_equal(play(dev, &k), 0);
+        assert_int_equal(k.part.frame, 6 + n);
+        expect_frame(&k, 6 + n % 6);
+    }
+    dx_player_driver.close(dev);
+
+    c.start_s = 100;
+    assert_int_equal(dx_player_driver.open(&dev, &c, &err), -EINVAL);
+    assert_non_null(strstr(err.text, "start is 100 s, and the recording has 4.9"));
+    kept_fini(&k);
+    free(path);
+    remove_folder(folder);
+}
+
+static void stamps_anew_when_asked(void **state)
+{
+    char *folder = make_folder(), *path = path_in(folder, "r.mcap");
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    record(folder, "r.mcap", YAML(5), 0);
+    dev = open_player(path, false, 0);
+    assert_int_equal(play(dev, &k), 0);
+    assert_int_equal(play(dev, &k), 0);
+    assert_int_equal(k.part.stamp.clock_id, DX_CLOCK_DEVICE);
+    assert_int_equal(k.part.stamp.device_ns, 175000000); /* the last part of the second frame */
+    dx_player_driver.close(dev);
+
+    dev = open_with(&(struct dx_file_config){.path = path, .restamp = true});
+    assert_int_equal(play(dev, &k), 0);
+    assert_int_equal(k.part.stamp.clock_id, DX_CLOCK_MONOTONIC);
+    assert_int_equal(k.part.stamp.device_ns, k.part.stamp.host_ns);
+    dx_player_driver.close(dev);
+    kept_fini(&k);
+    free(path);
+    remove_folder(folder);
+}
+
 static void pauses_and_steps(void **state)
 {
     char *folder = make_folder(), *path = path_in(folder, "r.mcap");
@@ -322,6 +388,37 @@ static void expect_refusal(const char *path, const char *text)
         fail_msg("found '%s', expected '%s'", err.text, text);
 }
 
+/* A file that was cut anywhere before its first chunk: those beside it are played whole. */
+static void passes_over_what_a_kill_has_left(void **state)
+{
+    char *folder = make_folder(), *all = path_in(folder, "*.mcap");
+    struct buffer whole;
+    size_t len;
+
+    (void)state;
+    record(folder, "b.mcap", YAML(5), 0);
+    record(folder, "c.mcap", YAML(5), 0);
+    whole = read_file(folder, "b.mcap");
+    for (len = 0; len < whole.len / 8; len += 1 + len / 16) {
+        struct dx_device *dev;
+        struct kept k = {0};
+        unsigned n = 0;
+
+        write_file(folder, "a.mcap", whole.bytes, len);
+        assert_true(dx_playlist_wants(all));
+        dev = open_player(all, false, 0);
+        while (play(dev, &k) == 0)
+            n++;
+        assert_true(n >= 2 * FRAMES && n < 3 * FRAMES);
+        dx_player_driver.close(dev);
+        kept_fini(&k);
+    }
+    assert_true(len > 300); /* the configuration was cut, too */
+    buffer_fini(&whole);
+    free(all);
+    remove_folder(folder);
+}
+
 static void refuses_what_is_no_recording(void **state)
 {
     char *folder = make_folder(), *all = path_in(folder, "*.mcap"), *b = path_in(folder, "b.mcap");
@@ -333,7 +430,7 @@ static void refuses_what_is_no_recording(void **state)
     expect_refusal(all, "recorded with another configuration than");
     whole = read_file(folder, "b.mcap");
     write_file(folder, "b.mcap", whole.bytes, 60);
-    expect_refusal(b, "no attachment 'dexeld.yaml'");
+    expect_refusal(b, "ends before its configuration");
     write_file(folder, "b.mcap", "text", 4);
     assert_false(dx_playlist_wants(b));
     buffer_fini(&whole);
@@ -348,8 +445,11 @@ int main(void)
         cmocka_unit_test(plays_what_was_recorded),
         cmocka_unit_test(tells_where_a_stay_begins),
         cmocka_unit_test(jumps),
+        cmocka_unit_test(plays_a_stretch),
+        cmocka_unit_test(stamps_anew_when_asked),
         cmocka_unit_test(pauses_and_steps),
         cmocka_unit_test(plays_what_is_left),
+        cmocka_unit_test(passes_over_what_a_kill_has_left),
         cmocka_unit_test(refuses_what_is_no_recording),
     };
 

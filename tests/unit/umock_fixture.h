@@ -18,11 +18,18 @@
 #include <umockdev.h>
 #include <unistd.h>
 
-/* umockdev leaks strings of its own; what is ours is seen all the same. */
+/* umockdev leaks strings of its own, and its threads share some; what is ours is seen all the same.
+ */
 __attribute__((visibility("default"))) const char *__lsan_default_suppressions(void);
+__attribute__((visibility("default"))) const char *__tsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void)
 {
     return "leak:g_malloc\n";
+}
+
+const char *__tsan_default_suppressions(void)
+{
+    return "race:libumockdev\n";
 }
 
 /* In the testbed's own folder: the wrappers lead each path there. */

@@ -5,17 +5,20 @@
 #ifndef DX_PLAYLIST_H
 #define DX_PLAYLIST_H
 
-#include "daemon/block_ring.h"
+#include "drivers/driver.h"
 #include "drivers/file/mcap_read.h"
+#include "drivers/file/recording.h"
 
 struct dx_playlist;
 
-/* Does the path (file, directory or pattern) name recordings? Its first file decides. */
+/* Does the path (file, directory or pattern) name recordings of dexeld, and not clouds of another
+ * program? Its first file decides. */
 bool dx_playlist_wants(const char *path);
 
-/* Looks at every file. Errors: -EBADMSG (no recording, or not all of one stream), -ENOMEM, from
- * open; err names the file. */
-int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *err);
+/* Looks at every file. `tell` may be NULL. Errors: -EBADMSG (no recording, or not all of one
+ * stream), -ENOMEM, from open; err names the file. */
+int dx_playlist_new(struct dx_playlist **out, const char *path, void (*tell)(const char *text),
+                    struct dx_err *err);
 void dx_playlist_free(struct dx_playlist *p);
 
 /* The configuration of the stream, YAML; the playlist's. */
@@ -31,7 +34,7 @@ struct dx_playlist_block {
     bool starts_frame;
 };
 
-/* 0; DX_DRIVER_E_EOF; negative with err. Damage is passed over, and logged when a file ends. */
+/* 0; DX_DRIVER_E_EOF; negative with err. Damage is passed over, and told when a file ends. */
 int dx_playlist_next(struct dx_playlist *p, struct dx_playlist_block *out, struct dx_err *err);
 
 /* Goes to the first frame that begins at log time `time` or later. 0, or negative with err. */

@@ -1,11 +1,12 @@
 /* Recordings one after the other, and the pieces of their blocks. */
-#include "daemon/playlist.h"
+#include "drivers/file/playlist.h"
 
-#include "daemon/log.h"
+#include "drivers/file/cloud_bag.h"
 #include "drivers/file/file_list.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,7 @@ struct span {
 };
 
 struct dx_playlist {
+    void (*tell)(const char *text); /* NULL: nobody listens */
     struct dx_file_list list;
     struct span *spans; /* of each file */
     char *config;
@@ -37,22 +39,72 @@ struct dx_playlist {
     char source[DX_RECORDING_MAX_SOURCE + 1];
 };
 
+/* The first bytes of a file, as many as there are; negative errno. */
+static ssize_t read_magic(uint8_t magic[DX_MCAP_MAGIC_LEN], const char *path)
+{
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    ssize_t n;
+
+    if (fd < 0)
+        return -errno;
+    n = read(fd, magic, DX_MCAP_MAGIC_LEN);
+    if (n < 0)
+        n = -errno;
+    close(fd);
+    return n;
+}
+
+/* Of dexeld: also when nothing can be said, so that the playlist tells what it misses. */
+static bool is_recording(const char *path)
+{
+    struct dx_mcap_reader *reader;
+    struct dx_mcap_source source;
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    bool is_ours = true;
+
+    if (fd < 0)
+        return true;
+    if (dx_mcap_source_fd(&source, fd) == 0 &&
+        dx_mcap_reader_open(&reader, &source, NULL, NULL) == 0) {
+        is_ours = dx_mcap_reader_topic(reader, DX_RECORDING_TOPIC) != NULL ||
+                  !dx_cloud_bag_has_clouds(reader);
+        dx_mcap_reader_free(reader);
+    }
+    close(fd);
+    return is_ours;
+}
+
 bool dx_playlist_wants(const char *path)
 {
     uint8_t magic[DX_MCAP_MAGIC_LEN];
     struct dx_file_list list;
+    bool wants = false;
     ssize_t n = 0;
-    int fd;
 
     if (dx_file_list_init(&list, path, NULL) != 0)
         return false;
-    fd = open(list.paths[0], O_RDONLY | O_CLOEXEC);
-    if (fd >= 0) {
-        n = read(fd, magic, sizeof(magic));
-        close(fd);
+    /* what a kill has left of a file's first bytes tells nothing */
+    for (size_t k = 0; k < list.n && n >= 0 && n < DX_MCAP_MAGIC_LEN; k++) {
+        n = read_magic(magic, list.paths[k]);
+        wants = n == DX_MCAP_MAGIC_LEN && dx_mcap_probe(magic, DX_MCAP_MAGIC_LEN) &&
+                is_recording(list.paths[k]);
     }
     dx_file_list_fini(&list);
-    return n == (ssize_t)sizeof(magic) && dx_mcap_probe(magic, sizeof(magic));
+    return wants;
+}
+
+__attribute__((format(printf, 2, 3))) static void report(const struct dx_playlist *p,
+                                                         const char *format, ...)
+{
+    char text[512];
+    va_list args;
+
+    if (!p->tell)
+        return;
+    va_start(args, format);
+    vsnprintf(text, sizeof(text), format, args);
+    va_end(args);
+    p->tell(text);
 }
 
 /* ---- files -----------------------------------------------------------------------------------
@@ -144,21 +196,59 @@ static int take_config(struct dx_playlist *p, struct dx_err *err)
     return 0;
 }
 
+/* Was the recorder killed before the file had anything in it, its configuration included? */
+static bool is_stillborn(const struct dx_playlist *p, const struct dx_mcap_info *info)
+{
+    return info->n_messages == 0 && dx_mcap_reader_damages(p->reader) > 0 &&
+           !find(p, DX_RECORDING_CONFIG, UINT64_MAX);
+}
+
+/* 0; 1: there is nothing in it. */
 static int look_at(struct dx_playlist *p, size_t k, struct dx_err *err)
 {
+    uint8_t magic[DX_MCAP_MAGIC_LEN];
     struct dx_mcap_info info;
-    int rc = open_file(p, k, err);
+    ssize_t n = read_magic(magic, p->list.paths[k]);
+    int rc;
 
-    if (rc == 0)
-        rc = take_config(p, err);
+    if (n >= 0 && n < DX_MCAP_MAGIC_LEN)
+        return 1;
+    rc = open_file(p, k, err);
     if (rc)
         return rc;
     dx_mcap_reader_info(p->reader, &info);
+    if (is_stillborn(p, &info))
+        return 1;
     p->spans[k] = (struct span){info.start, info.end, info.n_messages == 0};
+    return take_config(p, err);
+}
+
+/* Looks at all files, and leaves out those with nothing in them: a kill -9 or a power cut at the
+ * beginning of a file must not cost the others. */
+static int look_at_all(struct dx_playlist *p, struct dx_err *err)
+{
+    size_t k = 0;
+
+    while (k < p->list.n) {
+        int rc = look_at(p, k, err);
+
+        if (rc < 0)
+            return rc;
+        if (rc == 0) {
+            k++;
+            continue;
+        }
+        if (p->list.n == 1)
+            return dx_err_set(err, -EBADMSG, "%s: ends before its configuration, nothing is in it",
+                              p->list.paths[0]);
+        report(p, "%s: ends before its configuration, passed over", p->list.paths[k]);
+        dx_file_list_remove(&p->list, k);
+    }
     return 0;
 }
 
-int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *err)
+int dx_playlist_new(struct dx_playlist **out, const char *path, void (*tell)(const char *text),
+                    struct dx_err *err)
 {
     struct dx_playlist *p = calloc(1, sizeof(*p));
     int rc;
@@ -166,14 +256,15 @@ int dx_playlist_new(struct dx_playlist **out, const char *path, struct dx_err *e
     if (!p)
         return dx_err_set(err, -ENOMEM, "%s: no memory", path);
     p->fd = -1;
+    p->tell = tell;
     rc = dx_file_list_init(&p->list, path, err);
     if (rc == 0) {
         p->spans = calloc(p->list.n, sizeof(*p->spans));
         if (!p->spans)
             rc = dx_err_set(err, -ENOMEM, "%s: no memory", path);
     }
-    for (size_t k = 0; rc == 0 && k < p->list.n; k++)
-        rc = look_at(p, k, err);
+    if (rc == 0)
+        rc = look_at_all(p, err);
     if (rc == 0)
         rc = open_file(p, 0, err);
     if (rc) {
@@ -292,15 +383,15 @@ static void give(struct dx_playlist *p, struct dx_playlist_block *out, uint64_t 
     };
 }
 
+/* Of the open file. */
 static void tell_damage(const struct dx_playlist *p)
 {
     uint64_t n = dx_mcap_reader_damages(p->reader);
     const struct dx_mcap_damage *first = dx_mcap_reader_damage(p->reader, 0);
 
     if (n && first)
-        dx_log_warning("replay", "%s: damaged in %llu places, first at byte %llu: %s",
-                       p->list.paths[p->file], (unsigned long long)n,
-                       (unsigned long long)first->offset, first->text);
+        report(p, "%s: damaged in %llu places, first at byte %llu: %s", p->list.paths[p->file],
+               (unsigned long long)n, (unsigned long long)first->offset, first->text);
 }
 
 /* The file has no more messages. 0: the next one is open. */
@@ -328,8 +419,7 @@ int dx_playlist_next(struct dx_playlist *p, struct dx_playlist_block *out, struc
         if (rc)
             return dx_err_set(err, rc, "%s: %s", p->list.paths[p->file], strerror(-rc));
         if (dx_recording_get_piece(&piece, m.data.p, m.data.len) != 0) {
-            dx_log_warning("replay", "%s: message %u is no block", p->list.paths[p->file],
-                           m.sequence);
+            report(p, "%s: message %u is no block", p->list.paths[p->file], m.sequence);
             continue;
         }
         rc = take_piece(p, &piece);
