@@ -89,15 +89,25 @@ int dx_lens_ray(const struct dx_lens *lens, double row, double col, double ray[2
     return r;
 }
 
+/* The ray of a pixel, from that of the one to its left, which is near; column 0 from nothing. */
+static int next_ray(const struct dx_lens *lens, uint32_t i, uint32_t j, double ray[2])
+{
+    if (j > 0 && approach(lens, (j - lens->cx) / lens->fx, (i - lens->cy) / lens->fy, ray) == 0)
+        return 0;
+    return dx_lens_ray(lens, i, j, ray);
+}
+
 static int fill_table(struct dx_geometry *g, const struct dx_lens *lens, struct dx_err *err)
 {
     float *d = g->table;
 
-    for (uint32_t i = 0; i < g->height; i++)
-        for (uint32_t j = 0; j < g->width; j++, d += 3) {
-            double ray[2], len;
+    for (uint32_t i = 0; i < g->height; i++) {
+        double ray[2] = {0, 0};
 
-            if (dx_lens_ray(lens, i, j, ray))
+        for (uint32_t j = 0; j < g->width; j++, d += 3) {
+            double len;
+
+            if (next_ray(lens, i, j, ray))
                 return dx_err_set(err, -EINVAL,
                                   "the lens folds the image before pixel (%u, %u): k1 %g, k2 %g, "
                                   "p1 %g, p2 %g, k3 %g",
@@ -107,6 +117,7 @@ static int fill_table(struct dx_geometry *g, const struct dx_lens *lens, struct 
             d[1] = (float)(ray[1] / len);
             d[2] = (float)(1 / len);
         }
+    }
     dx_geometry_orient(g);
     return 0;
 }

@@ -148,7 +148,8 @@ static void tell(const struct probe *p, const struct dx_udev_device *d, enum dx_
     else
         len = snprintf(yaml, sizeof(yaml), "path: \"%s\"", d->place);
     if (!access && !is_depth)
-        snprintf(yaml + len, sizeof(yaml) - (size_t)len, "\nformat: %s", format_name);
+        len += snprintf(yaml + len, sizeof(yaml) - (size_t)len, "\nformat: %s", format_name);
+    snprintf(yaml + len, sizeof(yaml) - (size_t)len, "\n#fx: 425 # pixels: see config/sensors");
     p->found(p->ctx, &(struct dx_device_found){.name = name,
                                                .node = d->node,
                                                .serial = d->serial,
@@ -166,22 +167,33 @@ static bool is_first(const struct dx_udev_device *d)
     return !strcmp(index, "0") || !*index;
 }
 
-static bool probe_one(void *ctx, const struct dx_udev_device *d)
+/* Any format that can be depth, the surest first. 0, or why there is none. */
+static int look_for_any(const char *node, enum dx_v4l2_format *format)
 {
-    const struct probe *p = ctx;
-    int r = -ENOTSUP;
+    struct dx_v4l2_capture c;
+    int r = dx_v4l2_capture_open(&c, node, NULL);
 
-    for (enum dx_v4l2_format f = DX_V4L2_Z16; f < DX_V4L2_N_FORMATS; f++) {
-        enum dx_v4l2_format format = f;
-
-        r = look(d->node, &format);
-        if (r == 0)
-            tell(p, d, format, 0);
+    if (r)
+        return r < 0 ? r : -ENODEV;
+    r = -ENOTSUP;
+    for (*format = DX_V4L2_Z16; *format < DX_V4L2_N_FORMATS; ++*format) {
+        r = dx_v4l2_capture_has(&c, format, NULL);
         if (r != -ENOTSUP)
             break;
     }
-    if ((r == -EACCES || r == -EPERM) && is_first(d))
-        tell(p, d, DX_V4L2_AUTO, r);
+    dx_v4l2_capture_close(&c);
+    return r <= 0 ? r : -ENODEV;
+}
+
+static bool probe_one(void *ctx, const struct dx_udev_device *d)
+{
+    enum dx_v4l2_format format = DX_V4L2_AUTO;
+    int r = look_for_any(d->node, &format);
+
+    if (r == 0)
+        tell(ctx, d, format, 0);
+    else if ((r == -EACCES || r == -EPERM) && is_first(d))
+        tell(ctx, d, DX_V4L2_AUTO, r);
     return true;
 }
 

@@ -103,6 +103,7 @@ static int renegotiate(struct dx_v4l2_stream *s, struct dx_err *err)
     return r ? r : DX_DRIVER_E_AGAIN;
 }
 
+/* 0: nothing that matters. */
 static int take_events(struct dx_v4l2_stream *s, struct dx_err *err)
 {
     bool changed = false;
@@ -113,7 +114,7 @@ static int take_events(struct dx_v4l2_stream *s, struct dx_err *err)
             return dx_err_set(err, -EPIPE, "%s: has ended its stream", s->capture.node);
         changed |= e == DX_V4L2_SOURCE_CHANGED;
     }
-    return changed ? renegotiate(s, err) : DX_DRIVER_E_AGAIN;
+    return changed ? renegotiate(s, err) : 0;
 }
 
 /* No buffer was queued, or the queue is broken. The first is cured by now: the reader's was given
@@ -237,7 +238,9 @@ int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct
     if (events & POLLHUP)
         return dx_err_set(err, DX_DRIVER_E_GONE, "%s: unplugged", s->capture.node);
     if (events & POLLPRI)
-        return take_events(s, err);
+        r = take_events(s, err);
+    if (r)
+        return r;
     if (events & POLLIN)
         return take_frame(s, block, err);
     return events & (POLLERR | POLLNVAL) ? poll_failed(s, err) : DX_DRIVER_E_AGAIN;

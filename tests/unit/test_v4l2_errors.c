@@ -1,12 +1,5 @@
 /* What may come of a wait for a camera's frame, row by row (docs/drivers/v4l2.md), on a scripted
  * kernel; and waking. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/v4l2_bed.h"
 #include "tests/unit/v4l2_fixture.h"
 
@@ -303,6 +296,17 @@ static void test_source_change(void **state)
     v4l2_sink_fini(&s);
 }
 
+/* An event of another kind does not keep the frame that came with it. */
+static void test_other_event(void **state)
+{
+    (void)state;
+    KERNEL_SCRIPT(STEP_FRAME, STEP_OTHER, STEP_FRAME);
+    expect_frame(0);
+    expect_frame(1);
+    expect_frame(2);
+    assert_int_equal(kernel.n_on, 1);
+}
+
 static void test_source_change_fails(void **state)
 {
     (void)state;
@@ -352,25 +356,13 @@ static void test_wake(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(test_not_ready),
-        TEST(test_damaged),
-        TEST(test_lost),
-        TEST(test_io_error),
-        TEST(test_io_errors),
-        TEST(test_rare_io_errors),
-        TEST(test_restart_fails),
-        TEST(test_start_fails),
-        TEST(test_ended),
-        TEST(test_end_event),
-        TEST(test_lost_state),
-        TEST(test_unplugged_ioctl),
-        TEST(test_unplugged_poll),
-        TEST(test_unplugged_held),
-        TEST(test_poll_error),
-        TEST(test_source_change),
-        TEST(test_source_change_fails),
-        TEST(test_silence),
-        TEST(test_wake),
+        TEST(test_not_ready),      TEST(test_damaged),        TEST(test_lost),
+        TEST(test_io_error),       TEST(test_io_errors),      TEST(test_rare_io_errors),
+        TEST(test_restart_fails),  TEST(test_start_fails),    TEST(test_ended),
+        TEST(test_end_event),      TEST(test_lost_state),     TEST(test_unplugged_ioctl),
+        TEST(test_unplugged_poll), TEST(test_unplugged_held), TEST(test_poll_error),
+        TEST(test_source_change),  TEST(test_other_event),    TEST(test_source_change_fails),
+        TEST(test_silence),        TEST(test_wake),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

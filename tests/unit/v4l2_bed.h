@@ -15,7 +15,7 @@ static inline void kernel_plug(const char *name, unsigned port, const char *seri
 {
     struct kernel_node *node = &kernel.nodes[kernel.n_nodes++];
     unsigned number = (unsigned)atoi(name + strlen("video"));
-    char text[1200], path[256];
+    char text[1200], path[64], link[64], device[16];
     GError *error = NULL;
     int fd;
 
@@ -38,8 +38,10 @@ static inline void kernel_plug(const char *name, unsigned port, const char *seri
              "S: v4l/by-path/port-%u-%s\nE: DEVNAME=/dev/%s\nE: MAJOR=81\nE: MINOR=%u\n"
              "A: name=Depth One\nA: index=0\n\n",
              port, port, name, name, port, name, name, number);
-    if (!umockdev_testbed_add_from_string(kernel.bed, text, &error))
-        fail_msg("%s", error->message);
+    snprintf(device, sizeof(device), "81:%u", number);
+    umock_attach(kernel.bed, text, device);
+    snprintf(link, sizeof(link), "v4l/by-path/port-%u-%s", port, name);
+    umock_number(kernel.bed, link, device);
     snprintf(path, sizeof(path), "/dev/%s", name);
     if (!umockdev_testbed_attach_ioctl(kernel.bed, path, kernel.base, &error))
         fail_msg("%s", error->message);

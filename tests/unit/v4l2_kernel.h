@@ -8,6 +8,8 @@
 #ifndef V4L2_KERNEL_H
 #define V4L2_KERNEL_H
 
+#include "tests/unit/umock_fixture.h"
+
 #include <linux/videodev2.h>
 
 #include <errno.h>
@@ -19,9 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <time.h>
-#include <umockdev.h>
 #include <unistd.h>
 
 #define KERNEL_BUFFERS 4
@@ -43,6 +43,7 @@ enum kernel_step {
     STEP_UNPLUG,
     STEP_CHANGE, /* the source has `next_width` now, and an event tells */
     STEP_END,
+    STEP_OTHER, /* an event that is none of these, with a frame */
 };
 
 struct kernel_node {
@@ -66,7 +67,7 @@ static struct kernel {
     uint32_t n_given, buffer_len; /* 0: as asked, as needed */
     uint32_t stamp_flags;
     struct v4l2_fract rate;
-    bool streaming, event, ended, gone;
+    bool streaming, event, ended, other, gone;
     unsigned queue[KERNEL_BUFFERS], n_queued, n_buffers;
     uint32_t sequence;
     uint8_t *memory; /* of the node that streams */
@@ -123,10 +124,11 @@ static int kernel_dequeue(struct v4l2_buffer *b, struct v4l2_plane *plane)
 
     if (step == STEP_NONE)
         return EAGAIN;
-    if (step < STEP_LOST)
+    if (step < STEP_LOST || step == STEP_OTHER)
         kernel.at++;
     switch (step) {
     case STEP_FRAME:
+    case STEP_OTHER:
     case STEP_DAMAGED:
     case STEP_SHORT:
         break;
@@ -202,10 +204,12 @@ static int kernel_request(struct v4l2_requestbuffers *r)
 
 static int kernel_event(struct v4l2_event *e)
 {
-    if (!kernel.event && !kernel.ended)
+    if (!kernel.event && !kernel.ended && !kernel.other)
         return ENOENT;
-    e->type = kernel.event ? V4L2_EVENT_SOURCE_CHANGE : V4L2_EVENT_EOS;
-    kernel.event = false;
+    e->type = kernel.event   ? V4L2_EVENT_SOURCE_CHANGE
+              : kernel.other ? V4L2_EVENT_CTRL
+                             : V4L2_EVENT_EOS;
+    kernel.event = kernel.other = false;
     return 0;
 }
 
@@ -313,8 +317,6 @@ int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
-int __real_stat(const char *path, struct stat *st);
-int __wrap_stat(const char *path, struct stat *st);
 int __real_clock_gettime(clockid_t id, struct timespec *t);
 int __wrap_clock_gettime(clockid_t id, struct timespec *t);
 
@@ -341,8 +343,10 @@ static short kernel_poll(void)
         kernel.at++;
         kernel.ended = true;
     }
-    if (kernel.event || kernel.ended)
-        return POLLPRI;
+    if (step == STEP_OTHER)
+        kernel.other = true;
+    if (kernel.event || kernel.ended || kernel.other)
+        return kernel.other ? POLLPRI | POLLIN : POLLPRI;
     if (step == STEP_NONE)
         return 0;
     return kernel.n_queued ? POLLIN : POLLERR;
@@ -370,16 +374,6 @@ int __wrap_open(const char *path, int flags, ...)
         return -1;
     }
     return __real_open(path, flags, 0600);
-}
-
-/* umockdev's nodes are devices that all have the number 0: each gets one of its own. */
-int __wrap_stat(const char *path, struct stat *st)
-{
-    int r = __real_stat(path, st);
-
-    if (r == 0 && !strncmp(path, "/dev/v", 6))
-        st->st_rdev = st->st_ino;
-    return r;
 }
 
 int __wrap_clock_gettime(clockid_t id, struct timespec *t)
