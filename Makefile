@@ -150,6 +150,8 @@ $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
+$(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
+$(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka

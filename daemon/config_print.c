@@ -8,21 +8,31 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Spaces before a key of a stream; the first has a dash among them. */
+static unsigned indentation(const struct dx_config_key *key)
+{
+    unsigned n_dots = 0;
+
+    for (const char *p = key->path; *p; p++)
+        n_dots += *p == '.';
+    return 2 + 2 * n_dots;
+}
+
 static void print_stream(FILE *out, const struct dx_stream_config *stream)
 {
-    const struct dx_config_key *key, *streams = dx_config_key_find("streams");
-    const char *lead = "  - ";
+    const struct dx_config_key *key;
+    bool first = true;
 
     for (key = dx_config_keys; key->path; key++) {
         bool map = key->type == DX_CONFIG_MAP || key->type == DX_CONFIG_DRIVER;
 
         if (!dx_config_key_applies(key, stream->driver))
             continue;
-        fprintf(out, "%s%s:%s", dx_config_key_inside(key, streams) ? lead : "      ",
-                dx_config_key_name(key), map ? "" : " ");
+        fprintf(out, "%*s%s:%s", (int)indentation(key), first ? "- " : "", dx_config_key_name(key),
+                map ? "" : " ");
         dx_config_value_print(key, stream, out);
         putc('\n', out);
-        lead = "    ";
+        first = false;
     }
 }
 

@@ -5,6 +5,7 @@
  */
 #include "drivers/hokuyo/hokuyo.h"
 
+#include "drivers/hokuyo/hokuyo_probe.h"
 #include "drivers/hokuyo/scip_block.h"
 #include "drivers/hokuyo/scip_link.h"
 #include "drivers/hokuyo/scip_session.h"
@@ -17,10 +18,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define IN_LEN      4096
-#define READ_MS     100           /* most that read() waits */
-#define SILENCE_NS  2000000000ull /* of a scanner whose speed is not known yet */
-#define MS          1000000u
+#define IN_LEN     4096
+#define READ_MS    100           /* most that read() waits */
+#define SILENCE_NS 2000000000ull /* of a scanner whose speed is not known yet */
+#define MS         1000000u
 
 struct dx_device {
     struct dx_hokuyo_config config; /* without its texts */
@@ -473,5 +474,6 @@ const struct dx_driver dx_hokuyo_driver = {
     .wake = hokuyo_wake,
     .silence_ns = hokuyo_silence_ns,
     .health = hokuyo_health,
+    .probe = dx_hokuyo_probe,
     .describe = hokuyo_describe,
 };

@@ -43,7 +43,8 @@ bool dx_scip_scan_check(struct dx_scip_head *head, const uint8_t *reply, size_t 
     const uint8_t *line;
     size_t n;
 
-    if (!dx_scip_next_line(&c, &line, &n) || !dx_scip_next_line(&c, &line, &n))
+    if (len < 2 || memcmp(reply + len - 2, "\n\n", 2) || !dx_scip_next_line(&c, &line, &n) ||
+        !dx_scip_next_line(&c, &line, &n))
         return false;
     head->status = dx_scip_status(line, n);
     if (!head->status || !dx_scip_next_line(&c, &line, &n) || n != STAMP_CHARS + 1 ||

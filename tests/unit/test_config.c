@@ -236,6 +236,43 @@ static char *printed(const struct dx_config *config)
 }
 
 /* Characters that YAML would fold, refuse or drop when they stand as they are. */
+/* A map in a map; and what is printed reads back as the same, as it must for a recording. */
+static void test_hokuyo(void **state)
+{
+    static const char yaml[] =
+        "streams:\n"
+        "  - name: turret\n"
+        "    hokuyo:\n"
+        "      tcp: 192.168.0.10\n"
+        "      echo: last\n"
+        "      first_step: 100\n"
+        "      stage: {rpm: 2.5, direction: cw, sweep: half, offset: [0.1, 0, 0.25],\n"
+        "              angles: [0, 90], exact: yes}\n";
+    const struct dx_hokuyo_config *h;
+    struct dx_config c, again;
+    char *text, *text_again;
+
+    (void)state;
+    good(&c, yaml);
+    h = &c.streams[0].source.hokuyo;
+    assert_string_equal(h->tcp, "192.168.0.10");
+    assert_int_equal(h->echo, DX_HOKUYO_ECHO_LAST);
+    assert_true(h->first_step == 100 && h->last_step == -1);
+    assert_true(h->stage.angle.rpm == 2.5 && h->stage.angle.clockwise && h->stage.exact);
+    assert_int_equal(h->stage.sweep, DX_STAGE_HALF);
+    assert_true(h->stage.offset_m[0] == 0.1 && h->stage.offset_m[2] == 0.25);
+    assert_true(h->stage.angles_deg[1] == 90 && h->stage.angles_deg[2] == 0);
+    text = printed(&c);
+    assert_non_null(strstr(text, "\n      stage:\n        rpm: 2.5\n"));
+    good(&again, text);
+    text_again = printed(&again);
+    assert_string_equal(text, text_again);
+    free(text);
+    free(text_again);
+    dx_config_fini(&c);
+    dx_config_fini(&again);
+}
+
 static void test_print_escapes(void **state)
 {
     struct dx_config c;
@@ -449,12 +486,13 @@ static void test_example(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_defaults),      cmocka_unit_test(test_synthetic),
-        cmocka_unit_test(test_ingest),        cmocka_unit_test(test_file),
-        cmocka_unit_test(test_truncated),     cmocka_unit_test(test_print),
-        cmocka_unit_test(test_print_escapes), cmocka_unit_test(test_locale),
-        cmocka_unit_test(test_load),          cmocka_unit_test(test_replay),
-        cmocka_unit_test(test_man_page),      cmocka_unit_test(test_example),
+        cmocka_unit_test(test_defaults),  cmocka_unit_test(test_synthetic),
+        cmocka_unit_test(test_ingest),    cmocka_unit_test(test_file),
+        cmocka_unit_test(test_truncated), cmocka_unit_test(test_print),
+        cmocka_unit_test(test_hokuyo),    cmocka_unit_test(test_print_escapes),
+        cmocka_unit_test(test_locale),    cmocka_unit_test(test_load),
+        cmocka_unit_test(test_replay),    cmocka_unit_test(test_man_page),
+        cmocka_unit_test(test_example),
     };
 
     if (argc == 2 && !strcmp(argv[1], "keys")) {

@@ -202,6 +202,16 @@ static void test_keys(void **state)
         {"threads: 1", "t.yaml:1:1: streams: missing, expected a list of 1 to 64 streams"},
         {"streams:\n  - synthetic:\n", "t.yaml:2:5: streams[0].name: missing, expected 1 to 63 "
                                        "letters, digits and . _ -"},
+        {STREAM "    hokuyo: {tty: /dev/x, tcp: y, stage: {rpm: 1}}\n",
+         "t.yaml:3:13: streams[0].hokuyo: found several of tty, tcp and port, expected one"},
+        {STREAM "    hokuyo: {tty: /dev/x, stage: {rpm: 1, sweep: swing}}\n",
+         "t.yaml:3:13: streams[0].hokuyo: sweeps back and forth need a swing"},
+        {STREAM "    hokuyo: {tty: /dev/x, stage: {columns: 4}}\n",
+         "t.yaml:3:34: streams[0].hokuyo.stage.rpm: missing, expected a number from 0.0001 to "
+         "1000"},
+        {STREAM "    hokuyo: {stage: {rpm: 1, exact: yes}}\n    ingest: {filter: mean}\n",
+         "t.yaml:3:37: streams[0].hokuyo.stage.exact: exact points need filter off: an estimate is "
+         "no sample"},
         {STREAM "    file:\n",
          "t.yaml:3:10: streams[0].file.path: missing, expected a path of 1 to 4095 bytes"},
         {STREAM, "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, v4l2, "

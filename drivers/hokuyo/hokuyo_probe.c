@@ -1,0 +1,39 @@
+/* Scanners that are attached by USB. All models have the same numbers, and which one it is only VV
+ * tells, which would disturb who uses it. */
+#include "drivers/hokuyo/hokuyo_probe.h"
+
+#include "drivers/udev.h"
+
+#include <stdio.h>
+
+#define VENDOR  0x15d1
+#define PRODUCT 0x0000
+
+struct probe {
+    void (*found)(void *ctx, const struct dx_device_found *device);
+    void *ctx;
+};
+
+static bool take(void *ctx, const struct dx_udev_device *d)
+{
+    const struct probe *p = ctx;
+    struct dx_device_found found = {
+        .name = "Hokuyo line scanner", .node = d->node, .serial = "", .place = d->place};
+    char yaml[64];
+
+    if (d->vendor != VENDOR || d->product != PRODUCT)
+        return true;
+    snprintf(yaml, sizeof(yaml), "port: \"%s\"\nstage: {rpm: 1}\n", d->port);
+    found.yaml = yaml;
+    found.access = dx_udev_access(d->node);
+    p->found(p->ctx, &found);
+    return true;
+}
+
+int dx_hokuyo_probe(void (*found)(void *ctx, const struct dx_device_found *device), void *ctx,
+                    struct dx_err *err)
+{
+    struct probe p = {found, ctx};
+
+    return dx_udev_each("usb", take, &p, err);
+}
