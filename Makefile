@@ -265,7 +265,8 @@ uninstall:
 	  $(DESTDIR)$(libdir)/libdexel.so $(DESTDIR)$(libdir)/$(SONAME) \
 	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
 	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
-	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8
+	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
+	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules
 	rm -rf $(DESTDIR)$(docdir)
 
 clean:

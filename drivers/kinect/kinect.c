@@ -16,13 +16,13 @@
 
 /* One is being filled, one is with the reader, the others wait: more frames than can come at once
  * from what is queued with the kernel (256 packets). */
-#define N_BLOCKS    4
-#define N_TRANSFERS 16
-#define N_PACKETS   16
-#define PACKET_LEN  1920 /* where the descriptors do not tell */
-#define SILENCE_NS  UINT64_C(200000000)
-#define ROUND_MS    100
-/* Of the packets of late; the mean of about 16 frames. */
+#define N_BLOCKS      4
+#define N_TRANSFERS   16
+#define N_PACKETS     16
+#define PACKET_LEN    1920 /* where the descriptors do not tell */
+#define SILENCE_NS    UINT64_C(200000000)
+#define ROUND_MS      100
+#define LOSS_PACKETS  2420 /* over which their loss is measured: ten frames */
 #define DOUBTFUL_LOSS 0.02
 
 struct dx_device {
@@ -35,9 +35,10 @@ struct dx_device {
     struct dx_kinect_header header; /* what is the same in all blocks, and the newest counts */
     struct dx_kinect_assembler assembler;
     struct dx_kinect_clock clock;
-    uint64_t n_blocks; /* handed over in this stay */
-    uint64_t n_missed; /* frames that nobody read in time */
-    double loss;       /* share of packets that is lost */
+    uint64_t n_blocks;       /* handed over in this stay */
+    uint64_t n_missed;       /* frames that nobody read in time */
+    double loss;             /* share of the packets that was lost of late */
+    uint64_t n_came, n_lost; /* packets, when it was measured */
     char source[64];
     /* A ring: [tail, head) wait, head is being filled, tail - 1 may be with the reader. */
     unsigned head, tail;
@@ -48,8 +49,7 @@ struct dx_device {
 static const struct dx_usb_id ids[] = {
     {DX_KINECT_VID, DX_KINECT_PID_XBOX}, {DX_KINECT_VID, DX_KINECT_PID_WINDOWS}, {0, 0}};
 
-/* ---- frames to blocks --------------------------------------------------------------------------
- */
+/* ---- frames to blocks ------------------------------------------------------------------------ */
 
 static uint8_t *frame_of(const struct dx_device *dev, unsigned n)
 {
@@ -71,7 +71,6 @@ static uint8_t *take_frame(void *ctx, const struct dx_kinect_frame *frame)
     dx_kinect_header_put(dev->blocks[dev->head % N_BLOCKS], h);
     dev->stamps[dev->head % N_BLOCKS] =
         (struct dx_stamp){now, dx_kinect_clock_ns(&dev->clock, frame->ticks, now), DX_CLOCK_DEVICE};
-    dev->loss += ((double)frame->n_lost / dev->assembler.n_packets - dev->loss) / 16;
     /* The reader's block is not touched: with no other free, the newest frame makes way. */
     if (dev->head - dev->tail == N_BLOCKS - 2)
         dev->n_missed++;
@@ -80,16 +79,29 @@ static uint8_t *take_frame(void *ctx, const struct dx_kinect_frame *frame)
     return frame_of(dev, dev->head);
 }
 
+/* Also of packets whose frames were given up. */
+static void measure_loss(struct dx_device *dev)
+{
+    const struct dx_kinect_counts *n = &dev->assembler.counts;
+    double came = (double)(n->n_packets - dev->n_came), lost = (double)(n->n_lost - dev->n_lost);
+
+    if (came + lost < LOSS_PACKETS)
+        return;
+    dev->loss = lost / (came + lost);
+    dev->n_came = n->n_packets;
+    dev->n_lost = n->n_lost;
+}
+
 static void take_packet(void *ctx, const uint8_t *bytes, size_t len, int status)
 {
     struct dx_device *dev = ctx;
 
     if (status == 0) /* a damaged one is as good as lost */
         dx_kinect_assembler_feed(&dev->assembler, bytes, len);
+    measure_loss(dev);
 }
 
-/* ---- the device half ---------------------------------------------------------------------------
- */
+/* ---- the device half ------------------------------------------------------------------------- */
 
 static void kinect_close(struct dx_device *dev)
 {
@@ -196,6 +208,7 @@ static int kinect_start(struct dx_device *dev, struct dx_err *err)
 
     dev->head = dev->tail = 0;
     dev->n_blocks = dev->n_missed = 0;
+    dev->n_came = dev->n_lost = 0;
     dev->loss = 0;
     dx_kinect_assembler_init(&dev->assembler, dev->config.bits, frame_of(dev, 0), take_frame, dev);
     dx_kinect_clock_init(&dev->clock, dev->config.tick_hz);
@@ -237,8 +250,7 @@ static void kinect_wake(struct dx_device *dev)
     dx_usb_wake(dev->link.usb);
 }
 
-/* ---- what it says of itself ---------------------------------------------------------------------
- */
+/* ---- what it says of itself ------------------------------------------------------------------ */
 
 static int kinect_decode(struct dx_device *dev, const struct dx_block *block,
                          const struct dx_frame_sink *sink, struct dx_err *err)

@@ -176,8 +176,7 @@ void dx_usb_wake(struct dx_usb *usb)
     (void)n; /* a full counter wakes as well */
 }
 
-/* ---- transfers that are waited for ------------------------------------------------------------
- */
+/* ---- transfers that are waited for ----------------------------------------------------------- */
 
 static void call_done(struct libusb_transfer *transfer)
 {

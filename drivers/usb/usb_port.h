@@ -48,7 +48,7 @@ int dx_usb_list(const struct dx_usb_id *ids,
                 void (*found)(void *ctx, const struct dx_usb_about *about), void *ctx,
                 struct dx_err *err);
 
-/* Opens the first device that is wanted, in order of bus and address. GONE: none is there (the text
+/* Opens the first device that is wanted. GONE: none is there (the text
  * says what was looked for); -EACCES: there, but not for us (the text names node and rule). */
 int dx_usb_open(struct dx_usb **out, const struct dx_usb_want *want, struct dx_err *err);
 /* Cancels what flies, waits for it (bounded), releases all. NULL is fine. */

@@ -10,6 +10,8 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t len);
 
+#define MAX_STEPS 24 /* frames are long, and inputs many */
+
 static struct dx_plane plane;
 static uint8_t frames[2][DX_KINECT_PIXELS / 8 * 11];
 static unsigned n_frames;
@@ -81,7 +83,7 @@ static void assemble(const uint8_t *bytes, size_t len, int bits)
     uint8_t sequence = 0;
 
     dx_kinect_assembler_init(&a, bits, frames[n_frames % 2], take, NULL);
-    for (size_t k = 0; k + 3 <= len; k += 3) {
+    for (size_t k = 0; k + 3 <= len && k < 3 * MAX_STEPS; k += 3) {
         uint8_t gap = bytes[k] & 0x87, flag = bytes[k + 1], cut = bytes[k + 2];
         unsigned repeat = flag >> 4 == 0 ? 1 + 16u * (flag & 15) : 1;
 

@@ -63,8 +63,7 @@ void kinect_sim_depths(struct kinect_sim *sim, const uint16_t *mm)
     kinect_sim_codes(sim, codes);
 }
 
-/* ---- packets ------------------------------------------------------------------------------------
- */
+/* ---- packets --------------------------------------------------------------------------------- */
 
 static uint32_t draw(struct kinect_sim *sim)
 {
@@ -122,8 +121,7 @@ size_t kinect_sim_packet(struct kinect_sim *sim, uint8_t packet[DX_KINECT_PACKET
     return len;
 }
 
-/* ---- control ------------------------------------------------------------------------------------
- */
+/* ---- control --------------------------------------------------------------------------------- */
 
 static void reply(struct kinect_sim *sim, uint16_t command, uint16_t tag, size_t payload_len)
 {

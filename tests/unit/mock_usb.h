@@ -1,7 +1,7 @@
 /*
  * A USB device of our own on umockdev: it answers the kernel's usbfs ioctls, under the real libusb.
- * Its functions run in the mock's thread. What it cannot do: hold poll() back (its node is always
- * ready), and isochronous transfers.
+ * Its functions run in the testbed's thread. What it cannot do: hold poll() back (its node is
+ * always ready), and isochronous transfers.
  */
 #ifndef DX_MOCK_USB_H
 #define DX_MOCK_USB_H
@@ -35,6 +35,9 @@ struct mock_usb *mock_usb_new(const struct mock_usb_device *device);
 void mock_usb_free(struct mock_usb *mock);
 /* Queued transfers come back as the kernel shuts them down; all else says ENODEV. */
 void mock_usb_unplug(struct mock_usb *mock);
+/* Around what a test does to what those functions use. */
+void mock_usb_lock(struct mock_usb *mock);
+void mock_usb_unlock(struct mock_usb *mock);
 /* Interfaces claimed and transfers queued at this moment. */
 int mock_usb_n_claimed(struct mock_usb *mock);
 int mock_usb_n_queued(struct mock_usb *mock);

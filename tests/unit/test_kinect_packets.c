@@ -359,6 +359,24 @@ static void the_clock_goes_on_over_its_wrap(void **state)
     assert_true(llabs((long long)(ns - last) - 200000000000ll) < 1000);
 }
 
+/* Ticks that are damaged, and a camera that counts from 0 again. */
+static void a_jump_of_the_counter_is_none_of_time(void **state)
+{
+    static const uint32_t ticks[] = {5000000,  7000000, 3000000000u, 11000000,
+                                     13000000, 100,     2000100};
+    struct dx_kinect_clock c;
+    uint64_t last = 0;
+
+    (void)state;
+    dx_kinect_clock_init(&c, 60e6);
+    for (unsigned k = 0; k < sizeof(ticks) / sizeof(ticks[0]); k++) {
+        uint64_t ns = dx_kinect_clock_ns(&c, ticks[k], k * UINT64_C(33333333));
+
+        assert_true(k == 0 || (ns - last > 33000000 && ns - last < 34000000));
+        last = ns;
+    }
+}
+
 /* A camera of another rate than is thought: soon its seconds are the host's, and never go back. */
 static void the_rate_is_measured(void **state)
 {
@@ -396,6 +414,7 @@ int main(void)
         cmocka_unit_test(mixed_frames_are_not_given),
         cmocka_unit_test(lengths_are_checked),
         cmocka_unit_test(the_clock_goes_on_over_its_wrap),
+        cmocka_unit_test(a_jump_of_the_counter_is_none_of_time),
         cmocka_unit_test(the_rate_is_measured),
     };
 

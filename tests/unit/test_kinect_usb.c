@@ -219,6 +219,19 @@ static void losses_are_told_and_never_seen(void **state)
     }
     driver->health(dev, &health);
     assert_non_null(strstr(health.trouble, "% of the USB packets are lost"));
+    /* It is over; and then too many are lost in a row for any frame. */
+    fake_libusb.packet_status = 0;
+    fake_libusb.sim.faults = (struct kinect_sim_faults){.lose_ppm = 0};
+    while (health.trouble[0]) {
+        assert_int_equal(read_block(dev, &block), 0);
+        driver->health(dev, &health);
+    }
+    fake_libusb.sim.faults = (struct kinect_sim_faults){.lose_at = 100, .lose_n = 7};
+    while (!health.trouble[0]) {
+        driver->read(dev, &block, NULL);
+        driver->health(dev, &health);
+    }
+    assert_true(health.n_lost > 0);
     end_it(dev);
     dx_plane_fini(&s.plane);
 }

@@ -36,6 +36,8 @@ static const struct dx_usb_id ids[] = {{0x045e, 0x02ae}, {0x15d1, 0x0000}, {0, 0
 struct echo {
     uint8_t bytes[1 << 16];
     int n_in, n_out, max_in;
+    int n_bad; /* that many IN transfers fail first */
+    int bad;   /* so */
     uint8_t kept;
 };
 
@@ -62,6 +64,10 @@ static int echo_in(void *ctx, uint8_t endpoint, uint8_t *bytes, int len)
     struct echo *e = ctx;
     int n = e->n_out - e->n_in;
 
+    if (e->n_bad > 0) {
+        e->n_bad--;
+        return e->bad;
+    }
     if (endpoint != 0x81 || n == 0)
         return MOCK_USB_HOLD;
     n = n > len ? len : n;
@@ -296,7 +302,9 @@ static void bulk_bytes_come_back_in_order(void **state)
     (void)state;
     for (size_t k = 0; k < sizeof(sent); k++)
         sent[k] = (uint8_t)(k * 7 + k / 251);
+    mock_usb_lock(mock);
     echo.max_in = 700;
+    mock_usb_unlock(mock);
     assert_int_equal(dx_usb_write(usb, 2, sent, sizeof(sent), 5000, &err), 0);
     while (heap.len < sizeof(sent))
         assert_int_equal(dx_usb_wait(usb, 5000, &err), 0);
@@ -306,6 +314,44 @@ static void bulk_bytes_come_back_in_order(void **state)
     assert_int_equal(mock_usb_n_queued(mock), 0);
     assert_int_equal(dx_usb_write(usb, 4, sent, 1, 1000, &err), -EPIPE);
     dx_usb_close(usb);
+}
+
+/* Some bad transfers go by; nothing but bad ones, or a stall, ends the stream. */
+static void a_stream_outlives_what_is_damaged(void **state)
+{
+    static const struct {
+        int bad, n_bad, code;
+    } rows[] = {{-EPROTO, 11, 0},
+                {-EPROTO, 100, -EIO},
+                {-EOVERFLOW, 100, -EOVERFLOW},
+                {-EPIPE, 100, -EPIPE}};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof(rows) / sizeof(rows[0]); k++) {
+        static struct heap heap;
+        struct dx_usb *usb;
+        struct dx_err err;
+
+        usb = open_it("", "");
+        heap.len = 0;
+        mock_usb_lock(mock);
+        echo.bad = rows[k].bad;
+        echo.n_bad = rows[k].n_bad;
+        mock_usb_unlock(mock);
+        stream_of(usb, &heap);
+        assert_int_equal(dx_usb_write(usb, 2, "abc", 3, 5000, &err), 0);
+        while (heap.len < 3 && rows[k].code == 0) /* it may have come in the write */
+            assert_int_equal(dx_usb_wait(usb, 10000, &err), 0);
+        if (rows[k].code)
+            assert_int_equal(dx_usb_wait(usb, 10000, &err), rows[k].code);
+        assert_int_equal(heap.len, rows[k].code ? 0 : 3);
+        dx_usb_close(usb);
+        assert_int_equal(mock_usb_n_queued(mock), 0);
+        mock_usb_lock(mock);
+        echo.n_bad = 0;
+        echo.n_in = echo.n_out;
+        mock_usb_unlock(mock);
+    }
 }
 
 static void *wake(void *ctx)
@@ -367,6 +413,7 @@ int main(int argc, char **argv)
         cmocka_unit_test_setup_teardown(claims_and_finds_endpoints, setup, teardown),
         cmocka_unit_test_setup_teardown(control_gives_takes_stalls_and_times_out, setup, teardown),
         cmocka_unit_test_setup_teardown(bulk_bytes_come_back_in_order, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_stream_outlives_what_is_damaged, setup, teardown),
         cmocka_unit_test_setup_teardown(a_wait_ends_by_wake_or_by_time, setup, teardown),
         cmocka_unit_test_setup_teardown(an_unplug_is_gone_and_leaves_nothing_open, setup, teardown),
     };
