@@ -20,7 +20,7 @@ trap at_exit EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
-what="hil_tests=$(echo "$*" | tr ' ' ,)"
+what="hil_tests=$(echo "$*" | tr ' ' ,) ${HIL_ARGS:-}"
 results=stdio
 if [ "${1:-}" = --shell ]; then what=hil_shell results=mon:stdio; fi
 
@@ -38,7 +38,7 @@ camera() {
 
 guest() {
   # shellcheck disable=SC2086 # a list of arguments
-  timeout "$limit_s" qemu-system-x86_64 -accel tcg,thread=multi -machine pc -cpu max -smp "${HIL_CPUS:-1}" -m 768 \
+  timeout --foreground "$limit_s" qemu-system-x86_64 -accel tcg,thread=multi -machine pc -cpu max -smp "${HIL_CPUS:-1}" -m 768 \
     -nodefaults -no-user-config -display none -no-reboot -kernel "$hil/kernel/vmlinux" -initrd "$hil/guest.cpio" \
     -append "console=ttyS0 quiet loglevel=3 panic=-1 tsc=reliable mitigations=off nokaslr random.trust_cpu=on $what" \
     -serial "file:$hil/console.log" -serial "$results" $devices
