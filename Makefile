@@ -41,9 +41,12 @@ ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 # Loops of their own file for an instruction set (core/rows/rows.h).
 NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
 
+# Which libgpiod there is: the other one's back end is left out (drivers/gpio/gpio_port.h).
+NOT_HERE += $(if $(filter 1.%,$(shell pkg-config --modversion libgpiod 2>/dev/null)),drivers/gpio/gpio_libgpiod2.c,drivers/gpio/gpio_libgpiod1.c)
+
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
-DRIVERS_SRC := $(wildcard drivers/*.c drivers/*/*.c)
+DRIVERS_SRC := $(filter-out $(NOT_HERE),$(wildcard drivers/*.c drivers/*/*.c))
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))
 TOOLS_SRC := $(filter-out tools/main.c,$(wildcard tools/*.c))
@@ -58,10 +61,10 @@ PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
 UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
           $(patsubst tests/hil/%.c,$(B)/tests/%,$(SIM_SRC))
-FUZZ := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(FUZZ_SRC))
+FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-peers \
-        performance compare-scans peers-mcap asan tsan fuzz format install uninstall clean help FORCE
+        performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -135,23 +138,23 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
-# Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
-UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors)
-$(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
-$(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
-# tests/unit/v4l2_kernel.h
-$(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=open,--wrap=clock_gettime
 # Tests on devices of umockdev. Objects that a test depends on are linked to it.
 UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
 UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)
 $(B)/obj/tests/unit/mock_usb.o: override CFLAGS += $(UMOCKDEV_CFLAGS)
 $(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
+$(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
+$(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
+# Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
+UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_gpio_kernel)
+$(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
+$(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
+# tests/unit/v4l2_kernel.h
+$(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=open,--wrap=clock_gettime
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
-$(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
-$(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka
@@ -200,13 +203,14 @@ tsan:
 	@$(MAKE) --no-print-directory B=build/tsan OPT=-O1 SAN='-fsanitize=thread' \
 	  all check-unit check-system
 
-# Fuzz targets are built whole from source with coverage: clang only.
-FUZZ_FLAGS := -std=gnu17 -O1 -g -ffp-contract=off -fsanitize=fuzzer,address,undefined \
-              -fno-sanitize-recover=all -pthread
-fuzz: $(FUZZ)
-$(B)/fuzz/%: tests/fuzz/%.c $(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC)
-	@mkdir -p $(@D)
-	$(Q)clang $(FUZZ_FLAGS) $(CPPFLAGS) $(PKG_CFLAGS) -o $@ $^ $(PKG_LIBS)
+# Fuzz targets: clang, the libraries with coverage under their own folder, the targets linked to them.
+FUZZ_SAN := address,undefined -fno-sanitize-recover=all
+fuzz:
+	@$(MAKE) --no-print-directory B=$(B)/fuzz CC=clang OPT=-O1 \
+	  SAN='-fsanitize=fuzzer-no-link,$(FUZZ_SAN)' fuzz-targets
+fuzz-targets: $(FUZZ)
+$(B)/fuzz_%: $(B)/obj/tests/fuzz/fuzz_%.o $(LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -fsanitize=fuzzer -o $@ $< $(LIBS) $(PKG_LIBS)
 
 bench: all
 	$(B)/bin/dexel bench --size all --threads 1,2

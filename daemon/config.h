@@ -11,6 +11,7 @@
 #include "drivers/file/file.h"
 #include "drivers/hokuyo/hokuyo.h"
 #include "drivers/kinect/kinect.h"
+#include "drivers/rig.h"
 #include "drivers/synth/synth.h"
 #include "drivers/v4l2/v4l2.h"
 
@@ -37,9 +38,10 @@ struct dx_stream_config {
         struct dx_file_config file;
         struct dx_synth_config synthetic;
         struct dx_v4l2_config v4l2;
-        struct dx_kinect_config kinect;
         struct dx_hokuyo_config hokuyo;
+        struct dx_kinect_config kinect;
     } source; /* its address is what the driver's open() takes */
+    struct dx_rig_config gpio; /* of devices */
     struct dx_record_config record;
     uint32_t commit_ms;
     struct dx_terrain_params mesh;

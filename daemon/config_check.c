@@ -5,6 +5,7 @@
 #include "daemon/config_parse.h"
 
 #include "daemon/record_files.h"
+#include "drivers/driver.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -87,6 +88,21 @@ static int check_hokuyo(const struct check *c, uint32_t n)
     return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : 0;
 }
 
+static int check_gpio(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const struct dx_driver *driver = dx_driver_find(s->driver);
+    const char *key = "", *why = dx_rig_check(&s->gpio, &key);
+    char path[64];
+
+    if (!dx_rig_is_wanted(&s->gpio))
+        return 0;
+    if (!driver || !driver->subsystems)
+        return fail_stream(c, n, "gpio", "found lines, which need a driver of a device");
+    snprintf(path, sizeof(path), "gpio.%s", key);
+    return why ? fail_stream(c, n, path, why) : 0;
+}
+
 static int check_record(const struct check *c, uint32_t n)
 {
     const struct dx_record_config *r = &c->config->streams[n].record;
@@ -132,6 +148,8 @@ static int check_stream(const struct check *c, uint32_t n)
         r = check_v4l2(c, n);
     if (!r)
         r = check_hokuyo(c, n);
+    if (!r)
+        r = check_gpio(c, n);
     return r ? r : check_exact(c, n);
 }
 

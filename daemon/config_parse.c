@@ -283,7 +283,7 @@ static int choose_driver(struct parse *p, const struct dx_config_key *driver)
         return FAIL(p, "found a second driver beside '%s', expected one", stream->driver);
     stream->driver = dx_config_key_name(driver);
     for (key = dx_config_keys; key->path && !r; key++)
-        if (dx_config_key_inside(key, driver))
+        if (dx_config_key_applies(key, stream->driver) && !dx_config_key_applies(key, ""))
             r = dx_config_value_preset(key, stream);
     return r ? dx_err_set(p->err, r, "%.150s: %s", p->file, strerror(-r)) : 0;
 }

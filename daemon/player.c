@@ -219,6 +219,7 @@ static int fetch(struct dx_device *dev, struct dx_err *err)
     /* the first block of a device makes its own geometry, as it did then */
     if ((dev->fresh || dev->jumped) && dev->next.block.number != 0)
         set_geometry(dev, dev->next.log_time);
+    dev->next.block.first |= dev->jumped;
     dev->fresh = false;
     dev->next_ready = true;
     return 0;

@@ -6,6 +6,7 @@
 
 #include "daemon/clock.h"
 #include "daemon/log.h"
+#include "daemon/reader_rig.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -26,6 +27,7 @@ struct dx_reader_device {
     const struct dx_driver *driver;
     const void *config;
     struct dx_mailbox *mailbox;
+    struct dx_rig *rig; /* NULL: none */
     struct dx_life life;
     int fd; /* eventfd that ends a wait */
     atomic_bool poked;
@@ -34,6 +36,7 @@ struct dx_reader_device {
     struct dx_device *device; /* NULL: closed */
     bool any_block;
     uint64_t health_due_ns;
+    uint64_t n_lost_before; /* the block before this one */
 
     uint64_t n_blocks;
     uint64_t n_lost, n_damaged; /* of the stays before */
@@ -84,6 +87,16 @@ void dx_reader_device_free(struct dx_reader_device *d)
         close(d->fd);
     pthread_mutex_destroy(&d->lock);
     free(d);
+}
+
+void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig)
+{
+    d->rig = rig;
+}
+
+struct dx_rig *dx_reader_device_lines(struct dx_reader_device *d)
+{
+    return d->rig;
 }
 
 /* ---- other threads ---------------------------------------------------------------------------
@@ -211,6 +224,7 @@ static void show(struct dx_reader_device *d)
     copy_reason(s->reason, d->why.text);
     pthread_mutex_unlock(&d->lock);
     log_change(d);
+    dx_reader_rig_show(d->rig, state, *s->health.trouble);
     if (state != DX_LIFE_STREAMING)
         dx_mailbox_put_state(d->mailbox, told_as(state), s->reason);
 }
@@ -225,6 +239,7 @@ static void ask_health(struct dx_reader_device *d)
     bool is_new;
 
     d->driver->health(d->device, &h);
+    dx_reader_rig_trouble(d->rig, &h);
     if (!*h.serial && d->any_block)
         memcpy(h.serial, d->status.health.serial, sizeof(h.serial));
     if (!*h.place && d->any_block)
@@ -235,6 +250,7 @@ static void ask_health(struct dx_reader_device *d)
     pthread_mutex_lock(&d->lock);
     d->status.health = h;
     pthread_mutex_unlock(&d->lock);
+    dx_reader_rig_show(d->rig, d->life.state, *h.trouble);
     if (is_new)
         dx_reader_device_log(d, LOG_WARNING, h.trouble);
 }
@@ -282,6 +298,7 @@ void dx_reader_device_close(struct dx_reader_device *d)
     if (!device)
         return;
     ask_health(d);
+    dx_reader_rig_close(d->rig);
     d->n_lost = d->status.health.n_lost;
     d->n_damaged = d->status.health.n_damaged;
     set_device(d, NULL); /* before it is closed: nobody wakes it any more */
@@ -309,9 +326,11 @@ static int open_device(struct dx_reader_device *d, struct dx_device **out)
 
     if (r != 0)
         return r;
+    dx_reader_rig_open(d->rig, d->driver, *out);
     r = d->driver->start(*out, &d->why);
     if (r == 0)
         return 0;
+    dx_reader_rig_close(d->rig);
     d->driver->stop(*out);
     d->driver->close(*out);
     return r;
@@ -328,6 +347,7 @@ static void look(struct dx_reader_device *d)
     if (r == 0) {
         set_device(d, device);
         d->any_block = false;
+        d->n_lost_before = 0;
         d->health_due_ns = dx_clock_ns() + HEALTH_NS;
         ask_health(d);
         know_unit(d);
@@ -346,15 +366,21 @@ static void take_block(struct dx_reader_device *d, struct dx_block *block, uint6
     block->number = d->n_blocks++;
     block->first = !d->any_block;
     d->any_block = true;
+    dx_reader_rig_stamp(d->rig, d->driver, d->device, &d->n_lost_before, block);
     tell(d, DX_LIFE_BLOCK, now);
 }
 
 static void take_silence(struct dx_reader_device *d, uint64_t now)
 {
     struct dx_life next = d->life;
+    char held[96];
 
+    if (dx_reader_rig_holds(d->rig, now, held) && d->life.state == DX_LIFE_STALLED)
+        return; /* it is not to be opened anew for that */
     dx_life_tell(&next, DX_LIFE_QUIET, now);
-    if (next.state != d->life.state)
+    if (next.state != d->life.state && *held)
+        dx_err_set(&d->why, 0, "%s", held);
+    else if (next.state != d->life.state)
         dx_err_set(&d->why, 0, "no data for %.1f s", (double)(now - d->life.heard_ns) * 1e-9);
     tell(d, DX_LIFE_QUIET, now);
 }

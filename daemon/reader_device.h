@@ -10,6 +10,7 @@
 #include "daemon/lifecycle.h"
 #include "daemon/mailbox.h"
 #include "drivers/driver.h"
+#include "drivers/rig.h"
 
 struct dx_reader_device;
 
@@ -27,6 +28,12 @@ int dx_reader_device_new(struct dx_reader_device **out, const char *name,
                          const struct dx_driver *driver, const void *driver_config,
                          struct dx_mailbox *mailbox, struct dx_err *err);
 void dx_reader_device_free(struct dx_reader_device *d); /* closed by then */
+
+/* Before the first turn: the GPIO lines of the stream, borrowed. It is told when the device is open
+ * and how the stream is, and gives frames the stamps of their triggers. */
+void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig);
+/* Any thread; NULL: it has none. */
+struct dx_rig *dx_reader_device_lines(struct dx_reader_device *d);
 
 /* The next turn: opens, reads or waits. 0: a block, numbered over all stays; AGAIN: none, ask
  * whether to stop. There is no end and no error. */

@@ -62,6 +62,35 @@ static json_t *latency_status(const struct dx_server_stream *st)
     return o;
 }
 
+/* NULL: there are none. */
+static json_t *lines_status(struct dx_rig *rig)
+{
+    struct dx_interlock_state interlock;
+    struct dx_rig_status s;
+    json_t *o;
+
+    if (!rig)
+        return NULL;
+    dx_rig_tell(rig, &s);
+    dx_interlock_is_open(dx_rig_interlock(rig), &interlock);
+    o = json_object();
+    json_object_set_new(o, "lines", json_boolean(s.has_lines));
+    json_object_set_new(o, "laser", json_boolean(s.is_laser_on));
+    json_object_set_new(o, "interlock_open", json_boolean(interlock.is_open));
+    set_count(o, "interlock_openings", s.n_openings);
+    set_count(o, "trigger_edges", s.n_edges);
+    set_count(o, "trigger_pairs", s.n_pairs);
+    set_count(o, "trigger_unpaired", s.n_unpaired);
+    set_count(o, "trigger_resyncs", s.n_resyncs);
+    set_count(o, "triggers_sent", s.n_triggers);
+    if (!s.is_pps_locked)
+        return o;
+    set_number(o, "pps_offset_us", (double)s.pps_offset_ns * 1e-3);
+    set_number(o, "pps_jitter_us", (double)s.pps_jitter_ns * 1e-3);
+    set_number(o, "pps_rate_ppb", (double)s.pps_rate_ppb);
+    return o;
+}
+
 /* NULL: the source is no device. */
 static json_t *device_status(const struct dx_server_stream *st)
 {
@@ -87,6 +116,7 @@ static json_t *device_status(const struct dx_server_stream *st)
     set_count(o, "stalls", s.n_stalls);
     set_count(o, "faults", s.n_faults);
     set_count(o, "unplugged", s.n_went);
+    json_object_set_new(o, "gpio", lines_status(dx_reader_device_lines(d))); /* NULL: stays out */
     return o;
 }
 

@@ -29,7 +29,8 @@ struct dx_stream {
     struct dx_feed *feed;
     struct dx_mesher *mesher;
     struct dx_stream_reader *reader;
-    bool replays; /* recordings: the device is a player */
+    struct dx_rig *rig; /* GPIO lines; NULL: none */
+    bool replays;       /* recordings: the device is a player */
     struct dx_record_files files;
     struct dx_recorder *recorder; /* NULL: none */
     sem_t reader_done, recorder_done;
@@ -141,6 +142,22 @@ static int open_reader(struct dx_stream *s, struct dx_err *err)
                                 &c->source, s->mailbox, &s->counters, err);
 }
 
+/* The reader is there. */
+static int open_rig(struct dx_stream *s, struct dx_err *err)
+{
+    struct dx_reader_device *device = dx_stream_reader_attached(s->reader);
+    int r;
+
+    if (!device || !dx_rig_is_wanted(&s->config->gpio))
+        return 0;
+    r = dx_rig_open(&s->rig, &s->config->gpio, err);
+    if (r)
+        dx_err_prefix(err, s->config->name);
+    else
+        dx_reader_device_rig(device, s->rig);
+    return r;
+}
+
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
                   struct dx_pool *pool, struct dx_err *err)
 {
@@ -169,6 +186,8 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
     }
     r = open_reader(s, err);
     if (r == 0)
+        r = open_rig(s, err);
+    if (r == 0)
         r = open_recorder(s, err);
     if (r < 0)
         goto err_stream;
@@ -185,6 +204,7 @@ void dx_stream_free(struct dx_stream *s)
     if (!s)
         return;
     dx_stream_reader_free(s->reader);
+    dx_rig_close(s->rig);
     dx_recorder_free(s->recorder);
     dx_mesher_free(s->mesher);
     dx_feed_free(s->feed);
@@ -245,6 +265,8 @@ int dx_stream_start(struct dx_stream *s, struct dx_err *err)
 
 void dx_stream_stop(struct dx_stream *s)
 {
+    if (s->rig) /* the laser goes off whether the reader comes back or not */
+        dx_rig_end(s->rig);
     dx_mailbox_close(s->mailbox);
     if (s->reader_runs)
         dx_stream_reader_stop(s->reader);

@@ -100,14 +100,23 @@ static int open_constant(struct dx_angle_source **out, const struct dx_angle_con
     return 0;
 }
 
+static bool has_encoder(const struct dx_angle_config *c)
+{
+    return dx_gpio_where_given(c->encoder.a) || dx_gpio_where_given(c->encoder.b);
+}
+
+const char *dx_angle_check(const struct dx_angle_config *config)
+{
+    if (has_encoder(config))
+        return dx_encoder_check(&config->encoder);
+    return config->rpm > 0 ? NULL : "a stage needs its rpm, or the lines of its encoder";
+}
+
 int dx_angle_open(struct dx_angle_source **out, const struct dx_angle_config *config,
                   struct dx_err *err)
 {
-    switch (config->kind) {
-    case DX_ANGLE_CONSTANT:
-        return open_constant(out, config, err);
-    }
-    return dx_err_set(err, -EINVAL, "stage: unknown source of angles");
+    return has_encoder(config) ? dx_encoder_open(out, &config->encoder, err)
+                               : open_constant(out, config, err);
 }
 
 void dx_angle_close(struct dx_angle_source *source)

@@ -7,6 +7,7 @@
 #define DX_ANGLE_H
 
 #include "core/base/err.h"
+#include "drivers/stage_encoder.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -40,19 +41,20 @@ struct dx_angle_source {
     uint32_t pump_ms; /* 0: pump() has nothing to do */
 };
 
-enum dx_angle_kind { DX_ANGLE_CONSTANT = 0 };
-
 struct dx_angle_config {
-    enum dx_angle_kind kind;
+    struct dx_encoder_config encoder; /* with lines, it tells the angle; else: */
     /* constant: the stage turns by itself, evenly. The angle is `start_deg` when the host's clock
      * is 0, so that it is the same for every stay of the scanner. */
-    double rpm;       /* > 0 */
+    double rpm;       /* > 0; of a stage with an encoder about so, or 0 */
     double start_deg; /* of the stage */
     bool clockwise;
     double swing_deg; /* > 0: from the start so far and back, at even speed; 0: on and on */
 };
 
-/* -EINVAL, -ENOMEM, or what the kind's device gives. */
+/* NULL, or why there is no such source. */
+const char *dx_angle_check(const struct dx_angle_config *config);
+
+/* -EINVAL, -ENOMEM, or what the encoder gives. */
 int dx_angle_open(struct dx_angle_source **out, const struct dx_angle_config *config,
                   struct dx_err *err);
 void dx_angle_close(struct dx_angle_source *source); /* NULL is fine */

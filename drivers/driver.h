@@ -18,6 +18,7 @@
 #include "core/base/err.h"
 #include "core/grid/geometry.h"
 #include "core/grid/plane.h"
+#include "drivers/interlock.h"
 
 /* Positive results: conditions that the reader must handle. */
 enum dx_driver_condition {
@@ -138,6 +139,9 @@ struct dx_driver {
     /* Nanoseconds without a block after which an open device counts as stalled: a few frames. */
     uint64_t (*silence_ns)(const struct dx_device *dev);
     void (*health)(const struct dx_device *dev, struct dx_device_health *out);
+    /* Between open() and start(): the stream's interlock, for the driver to poll (interlock.h); it
+     * outlives the device. NULL: the driver has no laser that it can switch. */
+    void (*guard)(struct dx_device *dev, const struct dx_interlock *interlock);
     /* Calls `found` for each device attached that the driver would take. Any thread; opens nothing
      * for longer than the call. 0, or negative with err. */
     int (*probe)(void (*found)(void *ctx, const struct dx_device_found *device), void *ctx,

@@ -10,7 +10,7 @@
 #include <string.h>
 
 const struct dx_driver *const dx_drivers[] = {&dx_file_driver,   &dx_synth_driver,  &dx_v4l2_driver,
-                                              &dx_kinect_driver, &dx_hokuyo_driver, NULL};
+                                              &dx_hokuyo_driver, &dx_kinect_driver, NULL};
 
 const struct dx_driver *dx_driver_find(const char *name)
 {

@@ -60,7 +60,7 @@ const char *dx_stage_check(const struct dx_stage_config *c)
         return "a swing needs sweeps back and forth";
     if (c->columns == 1 || c->columns % 2)
         return "expected an even number of columns, so that half a turn is a whole number";
-    return NULL;
+    return dx_angle_check(&c->angle);
 }
 
 int dx_stage_new(struct dx_turning_stage **out, const struct dx_stage_config *config,

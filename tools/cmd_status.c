@@ -103,6 +103,42 @@ static void put_stream(FILE *f, const json_t *s)
     fputc('\n', f);
 }
 
+static void put_device(FILE *f, const json_t *s)
+{
+    static const char *const counts[] = {"opens",  "unplugged", "stalls",
+                                         "faults", "lost",      "damaged"};
+    const json_t *d = json_object_get(s, "device");
+
+    cell_text(f, 16, text(s, "name"));
+    cell_text(f, 9, text(d, "state"));
+    cell(f, 9, 0, number(d, "since_s", NULL));
+    for (size_t k = 0; k < sizeof(counts) / sizeof(counts[0]); k++)
+        cell_count(f, 9, number(d, counts[k], NULL));
+    cell_text(f, 16, text(d, "serial"));
+    fprintf(f, "%s%s", text(d, "place"), strcmp(text(d, "trouble"), "-") == 0 ? "" : ": ");
+    fputs(strcmp(text(d, "trouble"), "-") == 0 ? "" : text(d, "trouble"), f);
+    fputc('\n', f);
+}
+
+/* Nothing when no stream has a device. */
+static void put_devices(FILE *f, const json_t *streams)
+{
+    bool any = false;
+
+    for (size_t k = 0; k < json_array_size(streams); k++) {
+        const json_t *s = json_array_get(streams, k);
+
+        if (!json_object_get(s, "device"))
+            continue;
+        if (!any)
+            fprintf(f, "\n%-16s %-9s %9s %9s %9s %9s %9s %9s %9s %-16s %s\n", "STREAM", "DEVICE",
+                    "FOR S", "OPENS", "UNPLUGGED", "STALLS", "FAULTS", "LOST", "DAMAGED", "SERIAL",
+                    "PLACE");
+        any = true;
+        put_device(f, s);
+    }
+}
+
 static void put_client(FILE *f, const json_t *c)
 {
     cell(f, 8, 0, number(c, "pid", NULL));
@@ -127,6 +163,7 @@ static void put_table(FILE *f, const json_t *reply)
             "NS/DEXEL", "P50 MS", "P99 MS");
     for (size_t k = 0; k < json_array_size(streams); k++)
         put_stream(f, json_array_get(streams, k));
+    put_devices(f, streams);
     fprintf(f, "\n%8s %6s %-16s %-8s %-8s %8s %9s %6s %10s\n", "PID", "UID", "STREAM", "ENCODING",
             "MODE", "EPOCHS", "COALESCED", "RESETS", "BYTES");
     for (size_t k = 0; k < json_array_size(clients); k++)

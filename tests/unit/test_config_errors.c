@@ -83,7 +83,7 @@ static void test_scalars(void **state)
     strcpy(name + len + 63, "}]");
     bad_bytes(name, strlen(name),
               "t.yaml:1:11: streams[0]: found no driver, expected one of "
-              "synthetic, file, v4l2, kinect, hokuyo");
+              "synthetic, file, v4l2, hokuyo, kinect");
     strcpy(name + len + 63, "n}]");
     bad_bytes(name, strlen(name),
               "t.yaml:1:18: streams[0].name: found "
@@ -193,8 +193,8 @@ static void test_keys(void **state)
          "t.yaml:3:12: streams[0].mesh.seam: unknown key, expected one of sigma, tilt, cap, diag, "
          "rescue, mixed, bridge, caps, normals, smooth, paper, noise_gate"},
         {STREAM "    usb: {}", "t.yaml:3:5: streams[0].usb: unknown key, expected one of name, "
-                               "commit_ms, ingest, mesh, record, synthetic, file, v4l2, kinect, "
-                               "hokuyo"},
+                               "commit_ms, ingest, mesh, gpio, record, synthetic, file, v4l2, "
+                               "hokuyo, kinect"},
         {"threads: 1\nmax_clients: 5\nthreads: 1\n",
          "t.yaml:3:1: threads: duplicate key, already on line 1"},
         {SYNTHETIC "    mesh:\n      cap: 1\n      cap: 2\n",
@@ -207,15 +207,31 @@ static void test_keys(void **state)
         {STREAM "    hokuyo: {tty: /dev/x, stage: {rpm: 1, sweep: swing}}\n",
          "t.yaml:3:13: streams[0].hokuyo: sweeps back and forth need a swing"},
         {STREAM "    hokuyo: {tty: /dev/x, stage: {columns: 4}}\n",
-         "t.yaml:3:34: streams[0].hokuyo.stage.rpm: missing, expected a number from 0.0001 to "
-         "1000"},
+         "t.yaml:3:13: streams[0].hokuyo: a stage needs its rpm, or the lines of its encoder"},
+        {STREAM "    hokuyo: {stage: {encoder: {a: enc-a}}}\n",
+         "t.yaml:3:13: streams[0].hokuyo: an encoder needs its lines a and b"},
+        {STREAM "    hokuyo: {stage: {encoder: {a: enc-a, b: chip:1, counts: 10}}}\n",
+         "t.yaml:3:13: streams[0].hokuyo: counts of an encoder are a multiple of four, at most "
+         "16777216"},
+        {STREAM "    synthetic: {}\n    gpio: {led: {line: led}}\n",
+         "t.yaml:4:11: streams[0].gpio: found lines, which need a driver of a device"},
+        {STREAM "    hokuyo: {stage: {rpm: 1}}\n    gpio: {laser: {line: laser}}\n",
+         "t.yaml:4:26: streams[0].gpio.laser.line: a laser line needs an interlock"},
+        {STREAM "    hokuyo: {stage: {rpm: 1}}\n    gpio: {interlock: {line: x, bias: pull-up}}\n",
+         "t.yaml:4:39: streams[0].gpio.interlock.bias: with pull-up a broken wire would be high: "
+         "no "
+         "stop"},
+        {STREAM "    hokuyo: {stage: {rpm: 1}}\n    gpio: {pps: {line: /dev/gpiochip0}}\n",
+         "t.yaml:4:24: streams[0].gpio.pps.line: a path of a chip needs the line's offset behind "
+         "it: "
+         "/dev/gpiochip0:17"},
         {STREAM "    hokuyo: {stage: {rpm: 1, exact: yes}}\n    ingest: {filter: mean}\n",
          "t.yaml:3:37: streams[0].hokuyo.stage.exact: exact points need filter off: an estimate is "
          "no sample"},
         {STREAM "    file:\n",
          "t.yaml:3:10: streams[0].file.path: missing, expected a path of 1 to 4095 bytes"},
         {STREAM, "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, v4l2, "
-                 "kinect, hokuyo"},
+                 "hokuyo, kinect"},
         {STREAM "    file: {path: x}\n    synthetic:\n",
          "t.yaml:4:5: streams[0].synthetic: found a second driver beside 'file', expected one"},
         {"[threads]", "t.yaml:1:1: found a list, expected a map of keys"},

@@ -107,13 +107,19 @@ static int teardown(void **state)
     return 0;
 }
 
+/* Without sockets: umockdev's end of each node is one, which its thread closes when it comes to it.
+ */
 static int n_descriptors(void)
 {
     DIR *dir = opendir("/proc/self/fd");
+    char to[64];
     int n = 0;
 
-    while (readdir(dir))
-        n++;
+    for (const struct dirent *e; (e = readdir(dir));) {
+        ssize_t len = readlinkat(dirfd(dir), e->d_name, to, sizeof(to));
+
+        n += len > 0 && strncmp(to, "socket:", 7) != 0;
+    }
     closedir(dir);
     return n;
 }

@@ -1,0 +1,65 @@
+/* Rows of the table of keys: depth cameras of Video4Linux. Included by config_table.c alone, inside
+ * the table. */
+
+#define CENTRE_WORDS WORDS({"auto", (int)DX_LENS_CENTRE})
+#define NONE_WORDS   WORDS({"none", 0})
+
+/* clang-format off */
+    {"streams[].v4l2", DX_CONFIG_DRIVER, STREAM(source.v4l2),
+     .help = "Driver: a depth camera that the kernel knows (Video4Linux).\n"
+             "Which one is told by serial, port or path; all that are given must agree.\n"
+             "None given: the only one."},
+    {"streams[].v4l2.serial", DX_CONFIG_NAME, STREAM(source.v4l2.serial), .min = 0, .max = 63,
+     .preset = "", .help = "Serial number of the USB device."},
+    {"streams[].v4l2.port", DX_CONFIG_NAME, STREAM(source.v4l2.port), .min = 0, .max = 31,
+     .preset = "", .help = "USB port, such as 1-2.3: bus 1, port 2, port 3 of the hub there."},
+    {"streams[].v4l2.path", DX_CONFIG_PATH, STREAM(source.v4l2.path), .min = 0, .max = 4095,
+     .preset = "",
+     .help = "The node, a link to it such as those in /dev/v4l/by-path, or the name of such a link."},
+    {"streams[].v4l2.format", DX_CONFIG_CHOICE, STREAM(source.v4l2.format),
+     .word = dx_v4l2_format_name, .preset = "auto",
+     .help = "Pixel format.\nauto: Z16, else INZI; the others may as well hold no depth."},
+    {"streams[].v4l2.size", DX_CONFIG_SIZE, STREAM(source.v4l2.width),
+     STREAM_AT(source.v4l2.height), .min = 2, .max = DX_PLANE_MAX_SIDE, .words = automatic,
+     .preset = "auto",
+     .help = "Size of a frame, columns by rows, for which fx, fy, cx and cy hold.\n"
+             "auto: as the camera has it."},
+    {"streams[].v4l2.fps", DX_CONFIG_NUMBER, STREAM(source.v4l2.fps), .min = 0.01, .max = 10000,
+     .words = automatic, .preset = "auto",
+     .help = "Frames a second; the camera takes the nearest that it can.\nauto: as it has it."},
+    {"streams[].v4l2.unit", DX_CONFIG_NUMBER, STREAM(source.v4l2.unit_m), .min = 1e-6, .max = 1,
+     .preset = "0.001",
+     .help = "Metres a code; with disparity, metres a step of the ranges made of it."},
+    {"streams[].v4l2.disparity", DX_CONFIG_NUMBERS, STREAM(source.v4l2.disparity),
+     STREAM_AT(source.v4l2.disparity_given), .min = -1e9, .max = 1e9, .words = NONE_WORDS,
+     .preset = "none",
+     .help = "[k, d0]: a code means a depth of k / (d0 - code) metres.\nnone: codes are depths."},
+    {"streams[].v4l2.invalid", DX_CONFIG_UINT, STREAM(source.v4l2.invalid), .min = 0,
+     .max = 65535, .preset = "0",
+     .help = "The code of a pixel without a return; 0 is one as well where codes are depths."},
+    {"streams[].v4l2.min_depth", DX_CONFIG_NUMBER, STREAM(source.v4l2.min_m), .min = 0,
+     .max = 65535, .preset = "0", .help = "Metres: nearer ones are no return."},
+    {"streams[].v4l2.max_depth", DX_CONFIG_NUMBER, STREAM(source.v4l2.max_m), .min = 0,
+     .max = 65535, .preset = "0", .help = "Metres: deeper ones are no return.\n0: all count."},
+    {"streams[].v4l2.fx", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.fx), .min = 1, .max = 1e6,
+     .required = true, .help = "Focal length in pixels, across the columns."},
+    {"streams[].v4l2.fy", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.fy), .min = 1, .max = 1e6,
+     .words = automatic, .preset = "auto", .help = "The same, across the rows.\nauto: fx."},
+    {"streams[].v4l2.cx", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.cx), .min = -1e6, .max = 1e6,
+     .words = CENTRE_WORDS, .preset = "auto",
+     .help = "Column that the optical axis meets; the centre of the first is 0.\n"
+             "auto: the middle of the image."},
+    {"streams[].v4l2.cy", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.cy), .min = -1e6, .max = 1e6,
+     .words = CENTRE_WORDS, .preset = "auto", .help = "Row that it meets.\nauto: the middle."},
+    {"streams[].v4l2.k1", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.k1), .min = -1000, .max = 1000,
+     .preset = "0",
+     .help = "Distortion of the lens (Brown), as calibration tools print it: k1, k2, p1, p2, k3."},
+    {"streams[].v4l2.k2", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.k2), .min = -1000, .max = 1000,
+     .preset = "0", .help = "As k1."},
+    {"streams[].v4l2.p1", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.p1), .min = -1000, .max = 1000,
+     .preset = "0", .help = "As k1."},
+    {"streams[].v4l2.p2", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.p2), .min = -1000, .max = 1000,
+     .preset = "0", .help = "As k1."},
+    {"streams[].v4l2.k3", DX_CONFIG_NUMBER, STREAM(source.v4l2.lens.k3), .min = -1000, .max = 1000,
+     .preset = "0", .help = "As k1."},
+    /* clang-format on */
