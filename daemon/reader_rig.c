@@ -31,7 +31,7 @@ void dx_reader_rig_stamp(struct dx_rig *rig, const struct dx_driver *driver,
     if (!rig || !dx_rig_pairs(rig))
         return;
     driver->health(device, &h);
-    n_missed = h.n_lost - *n_lost;
+    n_missed = h.n_lost > *n_lost ? h.n_lost - *n_lost : 0; /* it may count anew */
     *n_lost = h.n_lost;
     if (dx_rig_frame(rig, block->stamp.host_ns, n_missed, &edge_ns)) {
         block->stamp.device_ns = edge_ns;

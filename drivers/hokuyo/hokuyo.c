@@ -30,9 +30,10 @@ struct dx_device {
     struct dx_scip_link *link;
     struct dx_scip_session session;
     struct dx_angle_source *angle;
-    bool started;
-    char serial[64];    /* that is wanted; "": any */
-    uint8_t in[IN_LEN]; /* bytes [in_at, in_len) wait for the session */
+    const struct dx_interlock *interlock; /* NULL: none */
+    bool started, is_dark;                /* by the interlock */
+    char serial[64];                      /* that is wanted; "": any */
+    uint8_t in[IN_LEN];                   /* bytes [in_at, in_len) wait for the session */
     size_t in_at, in_len;
     uint64_t in_ns; /* when they came */
     uint64_t n_blocks;
@@ -47,20 +48,6 @@ struct dx_device {
     uint64_t n_scans;
     struct dx_scip_tally tally; /* of the last scan */
 };
-
-const char *dx_hokuyo_check(const struct dx_hokuyo_config *c)
-{
-    const char *ways[] = {c->tty, c->tcp, c->port};
-    unsigned n = 0;
-
-    for (size_t k = 0; k < sizeof(ways) / sizeof(ways[0]); k++)
-        n += ways[k] && ways[k][0];
-    if (n > 1)
-        return "found several of tty, tcp and port, expected one";
-    if (c->first_step >= 0 && c->last_step >= 0 && c->first_step >= c->last_step)
-        return "found a last_step that is not behind first_step";
-    return dx_stage_check(&c->stage);
-}
 
 static void hokuyo_close(struct dx_device *dev)
 {
@@ -268,11 +255,55 @@ static int step(struct dx_device *dev, uint64_t until_ns, struct dx_err *err)
     return 0;
 }
 
+static void hokuyo_stop(struct dx_device *dev)
+{
+    struct dx_scip_session *s = &dev->session;
+    struct dx_err err;
+    int r = 0;
+
+    if (!dev->started)
+        return;
+    dev->started = false;
+    dx_scip_session_stop(s, dx_pace_now());
+    while (r == 0 && s->state != DX_SCIP_STOPPED) {
+        r = step(dev, s->deadline_ns, &err);
+        r = r == DX_DRIVER_E_AGAIN ? 0 : r;
+        while (feed(dev) == 0)
+            ; /* what still comes is not wanted */
+    }
+}
+
+static void hokuyo_guard(struct dx_device *dev, const struct dx_interlock *interlock)
+{
+    dev->interlock = interlock;
+}
+
+/* The interlock is open: the scanner's laser off (QT), and not a word until it is closed. */
+static int wait_dark(struct dx_device *dev, struct dx_err *err)
+{
+    int r;
+
+    if (!dev->is_dark)
+        hokuyo_stop(dev);
+    dev->is_dark = true;
+    r = dev->link->ops->read(dev->link, dev->in, sizeof(dev->in), &dev->in_len, READ_MS, err);
+    dev->in_len = 0; /* what still comes is not wanted */
+    return r ? r : DX_DRIVER_E_AGAIN;
+}
+
 static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
 {
     uint64_t until = dx_pace_now() + (uint64_t)READ_MS * MS;
-    int r;
+    struct dx_interlock_state interlock;
+    int r = 0;
 
+    if (dx_interlock_is_open(dev->interlock, &interlock))
+        return wait_dark(dev, err);
+    if (dev->is_dark)
+        r = hokuyo_start(dev, err);
+    dev->is_dark = false;
+    if (r)
+        return r;
     while ((r = feed(dev)) == DX_DRIVER_E_AGAIN) {
         if (dx_pace_now() >= until)
             return r;
@@ -399,24 +430,6 @@ static int hokuyo_decode(struct dx_device *dev, const struct dx_block *block,
 /* ---- the rest ---------------------------------------------------------------------------------
  */
 
-static void hokuyo_stop(struct dx_device *dev)
-{
-    struct dx_scip_session *s = &dev->session;
-    struct dx_err err;
-    int r = 0;
-
-    if (!dev->started)
-        return;
-    dev->started = false;
-    dx_scip_session_stop(s, dx_pace_now());
-    while (r == 0 && s->state != DX_SCIP_STOPPED) {
-        r = step(dev, s->deadline_ns, &err);
-        r = r == DX_DRIVER_E_AGAIN ? 0 : r;
-        while (feed(dev) == 0)
-            ; /* what still comes is not wanted */
-    }
-}
-
 static void hokuyo_wake(struct dx_device *dev)
 {
     dev->link->ops->wake(dev->link);
@@ -474,6 +487,7 @@ const struct dx_driver dx_hokuyo_driver = {
     .wake = hokuyo_wake,
     .silence_ns = hokuyo_silence_ns,
     .health = hokuyo_health,
+    .guard = hokuyo_guard,
     .probe = dx_hokuyo_probe,
     .describe = hokuyo_describe,
 };

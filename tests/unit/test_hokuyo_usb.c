@@ -136,6 +136,45 @@ static void streams(void **state)
     }
 }
 
+static bool contact_is_open;
+
+static void interlock_state(const struct dx_interlock *interlock, struct dx_interlock_state *out)
+{
+    (void)interlock;
+    out->is_open = contact_is_open;
+}
+
+/* The laser is off while the interlock is open, and the scanner measures again when it is closed.
+ */
+static void obeys_the_interlock(void **state)
+{
+    static const struct dx_interlock interlock = {interlock_state};
+    struct dx_device *dev = start("", "");
+    struct dx_block block;
+    struct dx_err err = {""};
+
+    (void)state;
+    contact_is_open = false;
+    dx_hokuyo_driver.guard(dev, &interlock);
+    assert_int_equal(next(dev, &block, &err), 0);
+    for (int round = 0; round < 2; round++) {
+        assert_int_equal(sim.state, SIM_MULTI);
+        contact_is_open = true;
+        assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
+        assert_int_equal(sim.state, SIM_IDLE);
+        assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
+        assert_int_equal(sim.state, SIM_IDLE);
+        contact_is_open = false;
+        assert_int_equal(next(dev, &block, &err), 0);
+    }
+    contact_is_open = true; /* unplugged in the dark */
+    assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
+    mock_usb_unplug(mock);
+    assert_int_equal(next(dev, &block, &err), DX_DRIVER_E_GONE);
+    dx_hokuyo_driver.stop(dev);
+    dx_hokuyo_driver.close(dev);
+}
+
 static void refuses_another_serial(void **state)
 {
     struct dx_device *dev = start("", "H0000001");
@@ -172,6 +211,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(streams, setup, teardown),
+        cmocka_unit_test_setup_teardown(obeys_the_interlock, setup, teardown),
         cmocka_unit_test_setup_teardown(refuses_another_serial, setup, teardown),
         cmocka_unit_test_setup_teardown(is_unplugged, setup, teardown),
     };
