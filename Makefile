@@ -151,7 +151,7 @@ UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_err
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
 $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
 # tests/unit/v4l2_kernel.h
-$(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=open,--wrap=clock_gettime
+$(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=ioctl,--wrap=open,--wrap=clock_gettime
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)

@@ -40,7 +40,7 @@ struct dx_stream_config {
         struct dx_v4l2_config v4l2;
         struct dx_hokuyo_config hokuyo;
         struct dx_kinect_config kinect;
-    } source; /* its address is what the driver's open() takes */
+    } source;                  /* its address is what the driver's open() takes */
     struct dx_rig_config gpio; /* of devices */
     struct dx_record_config record;
     uint32_t commit_ms;

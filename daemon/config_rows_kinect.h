@@ -18,7 +18,7 @@
      .help = "Bits of a disparity.\n10: a tenth less to send, and nothing behind 5.2 m."},
     {"streams[].kinect.near", DX_CONFIG_BOOL, STREAM(source.kinect.near), .preset = "no",
      .help = "Near mode, of Kinect for Windows alone."},
-    {"streams[].kinect.max", DX_CONFIG_NUMBER, STREAM(source.kinect.max_m), .min = 0.1, .max = 65,
+    {"streams[].kinect.max_depth", DX_CONFIG_NUMBER, STREAM(source.kinect.max_m), .min = 0.1, .max = 65,
      .preset = "10",
      .help = "Metres: depths above are no return."},
     {"streams[].kinect.fx", DX_CONFIG_NUMBER, STREAM(source.kinect.fx), .min = 1, .max = 1e5,

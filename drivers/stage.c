@@ -48,6 +48,7 @@ struct dx_turning_stage {
     const struct dx_frame_sink *sink;
     const struct dx_line *line;
     struct dx_plane *plane;
+    bool ended; /* a frame, in this scan */
 };
 
 const char *dx_stage_check(const struct dx_stage_config *c)
@@ -188,6 +189,7 @@ static void end_frame(struct dx_turning_stage *st, bool crossed)
     deliver(st, st->undelivered, crossed ? edge(st, st->sweep, true) : (int64_t)floor(st->far),
             true);
     st->open = false;
+    st->ended = true;
 }
 
 /* ---- moving -----------------------------------------------------------------------------------
@@ -402,8 +404,11 @@ int dx_stage_put(struct dx_turning_stage *st, const struct dx_line *line,
         if (!st->plane)
             return DX_DRIVER_E_AGAIN;
     }
+    st->ended = false;
     r = put_values(st, line);
-    if (r == 0 && st->open)
+    /* a scan that ends a frame tells nothing of the next, or there would be no place between the
+     * frames where a recording can begin */
+    if (r == 0 && st->open && !st->ended)
         deliver_passed(st);
     return r;
 }

@@ -172,8 +172,9 @@ static int read_line(struct port *p, size_t k, struct dx_gpio_event *out, size_t
         return n;
     n = gpiod_line_event_read_fd_multiple(p->line[k].fd, events, FIFO);
     if (n < 0)
-        return dx_gpio_fail(err, errno == EIO ? -ENODEV : -errno, p->line[k].where,
-                            "events cannot be read");
+        return errno == EINTR ? 0
+                              : dx_gpio_fail(err, errno == EIO ? -ENODEV : -errno, p->line[k].where,
+                                             "events cannot be read");
     for (int i = 0; i < n; i++)
         out[i] = (struct dx_gpio_event){
             .timestamp_ns = monotonic(&events[i].ts),

@@ -2,6 +2,7 @@
 #include "drivers/gpio/gpio_port.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -80,7 +81,6 @@ bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, cons
 
 int dx_gpio_fail(struct dx_err *err, int code, const char *where, const char *what)
 {
-    if (code < 0)
-        return dx_err_set(err, code, "gpio line %s: %s: %s", where, what, strerror(-code));
-    return dx_err_set(err, code, "gpio line %s: %s", where, what);
+    code = code ? code : -EIO; /* a library that fails without a reason has failed all the same */
+    return dx_err_set(err, code, "gpio line %s: %s: %s", where, what, strerror(-code));
 }

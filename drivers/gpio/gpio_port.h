@@ -89,7 +89,7 @@ bool dx_gpio_where_split(const char *where, char *chip, size_t chip_len, uint32_
 bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, const char *name),
                        struct dx_gpio_place *place);
 
-/* "gpio line WHERE: what: why" */
+/* "gpio line WHERE: what: why"; a code of 0 becomes -EIO. */
 int dx_gpio_fail(struct dx_err *err, int code, const char *where, const char *what);
 
 #endif

@@ -57,13 +57,21 @@ static uint64_t real_ns(uint64_t mono_ns)
     return real - (now - mono_ns);
 }
 
+/* Logical: rising is stop. What was lost may have been one; in a queue of several lines, of any. */
+static bool is_stop(const struct dx_rig *r, const struct dx_gpio_event *e)
+{
+    bool is_its = r->role_of[e->line] == DX_RIG_INTERLOCK_LINE;
+
+    if (!dx_rig_has(r, DX_RIG_INTERLOCK_LINE))
+        return false;
+    return is_its ? e->rising || e->overflow : e->overflow && r->port->is_ordered;
+}
+
 static void hear(struct dx_rig *r, const struct dx_gpio_event *e)
 {
+    if (is_stop(r, e))
+        dx_interlock_guard_break(&r->guard, e->timestamp_ns);
     switch (r->role_of[e->line]) {
-    case DX_RIG_INTERLOCK_LINE:
-        if (e->rising || e->overflow) /* logical: stop */
-            dx_interlock_guard_break(&r->guard, e->timestamp_ns);
-        break;
     case DX_RIG_TRIGGER_IN_LINE:
         dx_trigger_queue_edge(&r->queue, e->timestamp_ns,
                               (uint64_t)r->config->trigger_in.min_gap_us * 1000, e->overflow);

@@ -466,10 +466,14 @@ static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)
         snprintf(text, len, "hokuyo: no scan yet");
         return;
     }
-    snprintf(text, len, "%s: %llu scans, %ux%u, %s; late %llu, outside %llu, angle unknown %llu",
-             dev->model, (unsigned long long)dev->n_scans, g->width, g->height,
-             dx_stage_layout_text(dev->stage), (unsigned long long)c.n_late,
-             (unsigned long long)c.n_outside, (unsigned long long)c.n_uncertain);
+    snprintf(
+        text, len,
+        "%s: %llu scans, %ux%u, %s; the last one: %u returns, %u codes, %u beyond; values late "
+        "%llu, outside %llu, of unknown angle %llu",
+        dev->model, (unsigned long long)dev->n_scans, g->width, g->height,
+        dx_stage_layout_text(dev->stage), dev->tally.n_returns, dev->tally.n_near, dev->tally.n_far,
+        (unsigned long long)c.n_late, (unsigned long long)c.n_outside,
+        (unsigned long long)c.n_uncertain);
 }
 
 static const char *const subsystems[] = {"usb", "tty", NULL};

@@ -170,6 +170,29 @@ static void handle_refusal(struct dx_scip_session *s, uint16_t status, uint64_t 
     back_off(s, now_ns);
 }
 
+/* What it says of itself. A damaged answer is asked for once more, when the time is over. */
+static void handle_introduction(struct dx_scip_session *s, bool ok, struct dx_scip_cursor lines,
+                                uint64_t now_ns)
+{
+    struct dx_scip_params params;
+
+    if (s->state == DX_SCIP_SCIP2) {
+        dx_scip_enter(s, DX_SCIP_VV, now_ns);
+    } else if (s->state == DX_SCIP_VV) {
+        if (ok && dx_scip_read_identity(&s->identity, lines))
+            dx_scip_enter(s, DX_SCIP_PP, now_ns);
+    } else if (s->state == DX_SCIP_II) {
+        if (ok && dx_scip_read_trouble(s->stat, sizeof(s->stat), lines))
+            dx_scip_enter(s, DX_SCIP_TM0, now_ns);
+    } else if (ok && dx_scip_read_params(&params, lines)) {
+        s->params = params;
+        if (dx_scip_make_request(s))
+            dx_scip_enter(s, DX_SCIP_II, now_ns);
+        else
+            back_off(s, now_ns);
+    }
+}
+
 static void handle_answer(struct dx_scip_session *s, uint16_t status, struct dx_scip_cursor lines,
                           uint64_t now_ns)
 {
@@ -182,23 +205,10 @@ static void handle_answer(struct dx_scip_session *s, uint16_t status, struct dx_
     }
     switch (s->state) {
     case DX_SCIP_SCIP2:
-        dx_scip_enter(s, DX_SCIP_VV, now_ns);
-        return;
     case DX_SCIP_VV:
-        if (ok && dx_scip_read_identity(&s->identity, lines))
-            dx_scip_enter(s, DX_SCIP_PP, now_ns);
-        return;
     case DX_SCIP_PP:
-        if (!ok || !dx_scip_read_params(&s->params, lines))
-            return; /* once more, when the time is over */
-        if (dx_scip_make_request(s))
-            dx_scip_enter(s, DX_SCIP_II, now_ns);
-        else
-            back_off(s, now_ns);
-        return;
     case DX_SCIP_II:
-        if (ok && dx_scip_read_trouble(s->stat, sizeof(s->stat), lines))
-            dx_scip_enter(s, DX_SCIP_TM0, now_ns);
+        handle_introduction(s, ok, lines, now_ns);
         return;
     case DX_SCIP_TM0:
         dx_scip_enter(s, ok || status == DX_SCIP_STATUS('0', '2') ? DX_SCIP_TM1 : DX_SCIP_START,

@@ -53,6 +53,14 @@ uint64_t dx_scip_quiet_ns(const struct dx_scip_session *s)
     return (uint64_t)(4 * dx_scip_period_ns(&s->params) * (s->request.skip + 1));
 }
 
+/* Three periods, within reason. */
+static uint64_t stop_ns(const struct dx_scip_session *s)
+{
+    double ns = s->params.scan_rpm ? 3 * dx_scip_period_ns(&s->params) : 0;
+
+    return ns > 0 && ns < 500.0 * MS ? (uint64_t)ns : 500 * MS;
+}
+
 void dx_scip_send(struct dx_scip_session *s, uint64_t now_ns)
 {
     const struct step *step = &steps[s->state];
@@ -62,7 +70,7 @@ void dx_scip_send(struct dx_scip_session *s, uint64_t now_ns)
     if (s->state == DX_SCIP_FLUSH)
         s->quiet_ns = s->deadline_ns;
     if (s->state == DX_SCIP_STOPPING)
-        s->deadline_ns = now_ns + (s->params.scan_rpm ? dx_scip_quiet_ns(s) * 3 / 4 : 100 * MS);
+        s->deadline_ns = now_ns + stop_ns(s);
     if (s->state == DX_SCIP_START)
         dx_scip_queue(s, s->request.command);
     else if (step->command)

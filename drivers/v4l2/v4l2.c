@@ -11,18 +11,24 @@
 
 #include <errno.h>
 #include <math.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 #define SILENT_FRAMES    5
 #define SILENT_LEAST_NS  500000000u
 #define FPS_WHEN_UNKNOWN 10.0
+#define REMOVAL_STEP_MS  10
+#define REMOVAL_STEPS    50           /* what was unplugged by a word alone stays in sysfs */
 #define TROUBLE_NS       60000000000u /* a restart is told of for so long */
 
 struct dx_device {
     struct dx_v4l2_decoder decoder;
     struct dx_v4l2_stream stream;
     char serial[64], place[128];
+    char parent[256]; /* in sysfs: the USB interface of the node */
 };
 
 static int check(const struct dx_v4l2_config *c, struct dx_err *err)
@@ -40,10 +46,35 @@ static int check(const struct dx_v4l2_config *c, struct dx_err *err)
     return 0;
 }
 
+/*
+ * The kernel tells that a camera was unplugged while it is still taking it down, and Linux 6.1
+ * falls over when the node is closed in that moment (media_device_unregister_entity() looks at the
+ * media device before it takes its lock: seen as a null pointer in ida_free()). The interface
+ * leaves sysfs when the camera is all down.
+ */
+static void await_removal(const struct dx_device *dev)
+{
+    for (int k = 0; k < REMOVAL_STEPS && access(dev->parent, F_OK) == 0; k++)
+        poll(NULL, 0, REMOVAL_STEP_MS);
+}
+
+static void set_parent(struct dx_device *dev, const char *syspath)
+{
+    snprintf(dev->parent, sizeof(dev->parent), "%s", syspath);
+    for (int k = 0; k < 2; k++) { /* "/video4linux/video0" */
+        char *slash = strrchr(dev->parent, '/');
+
+        if (slash)
+            *slash = 0;
+    }
+}
+
 static void v4l2_close(struct dx_device *dev)
 {
     if (!dev)
         return;
+    if (dev->stream.gone)
+        await_removal(dev);
     dx_v4l2_stream_close(&dev->stream);
     dx_v4l2_decoder_fini(&dev->decoder);
     free(dev);
@@ -79,8 +110,10 @@ static int v4l2_open(struct dx_device **out, const void *config, struct dx_err *
     if (r)
         return r;
     r = dx_v4l2_find(&d, config, err);
-    if (r == 0)
+    if (r == 0) {
+        set_parent(dev, d.syspath);
         r = dx_v4l2_stream_open(&dev->stream, d.node, err);
+    }
     if (r == 0) /* what the lens cannot show is told now, not at each frame */
         r = dx_v4l2_decoder_fit(&dev->decoder, &dev->stream.capture.shape, err);
     if (r) {

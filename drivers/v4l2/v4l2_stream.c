@@ -30,7 +30,10 @@ int dx_v4l2_stream_open(struct dx_v4l2_stream *s, const char *node, struct dx_er
 {
     int r = dx_v4l2_capture_open(&s->capture, node, err);
 
-    return r ? r : dx_v4l2_capture_prepare(&s->capture, &s->config, err);
+    if (r == 0)
+        r = dx_v4l2_capture_prepare(&s->capture, &s->config, err);
+    s->gone = r == DX_DRIVER_E_GONE;
+    return r;
 }
 
 void dx_v4l2_stream_close(struct dx_v4l2_stream *s)
@@ -47,6 +50,7 @@ int dx_v4l2_stream_start(struct dx_v4l2_stream *s, struct dx_err *err)
     int r = dx_v4l2_capture_on(&s->capture, err);
 
     s->on = r == 0;
+    s->gone |= r == DX_DRIVER_E_GONE;
     s->held = -1;
     s->counts = false;
     s->poll_failed = false;
@@ -223,7 +227,7 @@ static int wait_for(struct dx_v4l2_stream *s, short *events, struct dx_err *err)
     return 0;
 }
 
-int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+static int read_or_fail(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
 {
     short events = 0;
     int r = 0;
@@ -244,4 +248,12 @@ int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct
     if (events & POLLIN)
         return take_frame(s, block, err);
     return events & (POLLERR | POLLNVAL) ? poll_failed(s, err) : DX_DRIVER_E_AGAIN;
+}
+
+int dx_v4l2_stream_read(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+{
+    int r = read_or_fail(s, block, err);
+
+    s->gone |= r == DX_DRIVER_E_GONE;
+    return r;
 }

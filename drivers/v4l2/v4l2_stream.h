@@ -15,7 +15,8 @@ struct dx_v4l2_stream {
     struct dx_v4l2_config config; /* without its texts */
     int wake_fd;
     bool on;
-    int held; /* the buffer that the reader has; -1: none */
+    bool gone; /* unplugged */
+    int held;  /* the buffer that the reader has; -1: none */
     bool counts;
     uint32_t next_sequence;                    /* expected, where it `counts` */
     bool poll_failed;                          /* the last wait told of an error alone */

@@ -7,8 +7,9 @@
 #ifndef SCIP_DEVICE_H
 #define SCIP_DEVICE_H
 
-#include "core/base/trig.h"
 #include "drivers/hokuyo/scip_code.h"
+#include "tests/hil/scip_models.h"
+#include "tests/hil/scip_room.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -19,45 +20,7 @@
 
 #define SCIP_SIM_OUT (256u << 10)
 
-struct scip_model {
-    const char *name;
-    uint32_t ares, amin, amax, afrt, dmin, dmax, rpm;
-    bool is_old; /* starts in SCIP 1.1 */
-    bool echoes;
-};
-
-static const struct scip_model scip_models[] = {
-    {"urg-04lx", 1024, 44, 725, 384, 20, 5600, 600, true, false},
-    {"ubg-05lx", 1024, 44, 725, 384, 20, 5600, 2142, false, false},
-    {"utm-30lx", 1440, 0, 1080, 540, 23, 60000, 2400, false, false},
-    {"utm-30lx-ew", 1440, 0, 1080, 540, 23, 60000, 2400, false, true},
-    {"ust-20lx", 1440, 0, 1080, 540, 20, 60000, 2400, false, false},
-};
-
-/* Faults; each scan, byte and command is counted from 1, 0: never. */
-struct scip_faults {
-    uint64_t bad_sum_every; /* every so many scans, a wrong check character ... */
-    unsigned bad_sum_line;  /* ... in this data line */
-    uint64_t drop_every,
-        double_every;                 /* every so many bytes of scans one is lost, or comes twice */
-    unsigned code_every;              /* every so many steps hold the code of an error */
-    bool stale;                       /* it streams when it is opened */
-    bool mute;                        /* answers nothing */
-    uint64_t suspend_at, suspend_for; /* scan: status 21, then 98 after so many scans */
-    uint64_t fault_at;                /* scan: status 51, and the stream ends */
-    uint64_t abnormal_at;             /* scan: 0L to everything until it is rebooted */
-    uint64_t busy_at;                 /* command: answered 0B */
-    bool no_time;                     /* TM is refused */
-};
-
 enum scip_sim_state { SIM_BOOTING, SIM_IDLE, SIM_SINGLE, SIM_MULTI, SIM_TIME, SIM_ERROR };
-
-/* The scanner's mount and stage, as drivers/stage.h has them. */
-struct scip_pose {
-    double rpm, start_deg, swing_deg;
-    bool clockwise;
-    double offset[3], angles_deg[3];
-};
 
 struct scip_sim {
     struct scip_model model;
@@ -89,70 +52,10 @@ struct scip_sim {
     size_t out_len;
 };
 
-/* ---- what it sees -----------------------------------------------------------------------------
- */
-
-static inline void scip_sim_mount(double r[9], const double deg[3])
-{
-    double sr, cr, sp, cp, sy, cy;
-
-    dx_sincos(dx_rad(deg[0]), &sr, &cr);
-    dx_sincos(dx_rad(deg[1]), &sp, &cp);
-    dx_sincos(dx_rad(deg[2]), &sy, &cy);
-    /* Rz(yaw) Ry(-pitch) Rx(roll), written out */
-    r[0] = cy * cp;
-    r[1] = -cy * sp * sr - sy * cr;
-    r[2] = -cy * sp * cr + sy * sr;
-    r[3] = sy * cp;
-    r[4] = -sy * sp * sr + cy * cr;
-    r[5] = -sy * sp * cr - cy * sr;
-    r[6] = sp;
-    r[7] = cp * sr;
-    r[8] = cp * cr;
-}
-
-static inline double scip_sim_stage(const struct scip_pose *p, uint64_t host_ns)
-{
-    double turns = (double)host_ns / 60e9 * p->rpm, swing = p->swing_deg / 360;
-
-    if (swing > 0) {
-        double at = fmod(turns, 2 * swing);
-
-        turns = at > swing ? 2 * swing - at : at;
-    }
-    return dx_rad(p->start_deg) + 2 * DX_PI * (p->clockwise ? -turns : turns);
-}
-
-/* Distance from a point inside the room to its wall; d of length 1. */
-static inline double scip_sim_cast(const double room[6], const double o[3], const double d[3])
-{
-    double best = INFINITY;
-
-    for (int k = 0; k < 3; k++) {
-        double to = d[k] > 0 ? room[3 + k] - o[k] : room[k] - o[k];
-        double t = d[k] == 0 ? INFINITY : to / d[k];
-
-        best = t < best ? t : best;
-    }
-    return best;
-}
-
 /* Metres along the beam at the scanner's angle, when the stage is at psi. */
 static inline double scip_sim_range(const struct scip_sim *s, double angle, double psi)
 {
-    const double beam[3] = {dx_cos(angle), 0, dx_sin(angle)};
-    double r[9], o[3], d[3], c = dx_cos(psi), n = dx_sin(psi), v[3];
-
-    scip_sim_mount(r, s->pose.angles_deg);
-    for (int k = 0; k < 3; k++)
-        v[k] = r[3 * k] * beam[0] + r[3 * k + 1] * beam[1] + r[3 * k + 2] * beam[2];
-    d[0] = v[0] * c - v[1] * n;
-    d[1] = v[0] * n + v[1] * c;
-    d[2] = v[2];
-    o[0] = s->pose.offset[0] * c - s->pose.offset[1] * n;
-    o[1] = s->pose.offset[0] * n + s->pose.offset[1] * c;
-    o[2] = s->pose.offset[2];
-    return scip_sim_cast(s->room, o, d);
+    return scip_room_range(s->room, &s->pose, angle, psi);
 }
 
 /* ---- its clock --------------------------------------------------------------------------------

@@ -281,15 +281,6 @@ static bool flush(int fd)
     return true;
 }
 
-static int wait_ms(void)
-{
-    uint64_t next = scip_sim_next_ns(&sim), now = now_ns();
-
-    if (next == UINT64_MAX)
-        return 1000;
-    return next <= now ? 0 : (int)((next - now + 999999) / 1000000);
-}
-
 /* Serves one opening of the link. */
 static void serve(int fd)
 {
@@ -302,7 +293,6 @@ static void serve(int fd)
         uint64_t next = scip_sim_next_ns(&sim), now = now_ns();
         ssize_t n;
 
-        (void)wait_ms;
         if (sim.out_len)
             p.events |= POLLOUT;
         t.tv_sec = next == UINT64_MAX ? 1 : 0;

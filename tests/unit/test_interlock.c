@@ -75,7 +75,7 @@ static void a_break_between_two_looks_counts(void **state)
  * -------------------------------------------------------------------------------------- */
 
 static char chip[4][16] = {"gpiochip0:1", "gpiochip0:2", "gpiochip0:3", "gpiochip0:4"};
-enum { INTERLOCK, LASER, LED };
+enum { INTERLOCK, LASER, LED }; /* without a trigger between */
 
 static struct dx_rig_config config;
 static struct dx_gpio_script *script;
@@ -182,6 +182,30 @@ static void sees_a_lost_edge(void **state)
     await_level(LASER, true);
     dx_gpio_script_slip(script, INTERLOCK, true);
     await_level(LASER, false);
+}
+
+/* Events of the trigger were lost in the queue that it shares with the interlock. */
+static void what_was_lost_may_be_a_stop(void **state)
+{
+    const struct dx_gpio_script_faults faults = {.lose_at = 1, .n_lose = 1};
+    struct dx_rig_status status;
+
+    (void)state;
+    dx_gpio_script_free(script);
+    assert_int_equal(dx_gpio_script_new(&script, NULL, 0, &faults), 0);
+    config.trigger_in.line = chip[3];
+    open_it();
+    await_open(false);
+    for (uint64_t k = 0; k < 3; k++) { /* the second is lost, the third tells */
+        dx_gpio_script_set_level(script, 2, true, dx_line_now());
+        dx_gpio_script_set_level(script, 2, false, dx_line_now());
+    }
+    do {
+        poll(NULL, 0, 1);
+        dx_rig_tell(rig, &status);
+    } while (status.n_edges < 2);
+    assert_int_equal(status.n_openings, 1);
+    await_open(false);
 }
 
 static void stays_off_until_rearmed(void **state)
@@ -383,6 +407,7 @@ int main(void)
         cmocka_unit_test(a_break_between_two_looks_counts),
         cmocka_unit_test_setup_teardown(drops_the_laser, setup, teardown),
         cmocka_unit_test_setup_teardown(sees_a_lost_edge, setup, teardown),
+        cmocka_unit_test_setup_teardown(what_was_lost_may_be_a_stop, setup, teardown),
         cmocka_unit_test_setup_teardown(stays_off_until_rearmed, setup, teardown),
         cmocka_unit_test_setup_teardown(ends_dark, setup, teardown),
         cmocka_unit_test_setup_teardown(ends_for_good, setup, teardown),

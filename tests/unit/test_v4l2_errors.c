@@ -236,6 +236,45 @@ static void test_unplugged_held(void **state)
     expect_end(DX_DRIVER_E_GONE, "/dev/video0: unplugged");
 }
 
+static void close_it(void)
+{
+    dx_v4l2_driver.close(dev);
+    dev = NULL;
+}
+
+/* An unplugged camera is closed when the kernel has taken it down, or never does; others at once.
+ */
+static void test_closed_when_down(void **state)
+{
+    (void)state;
+    KERNEL_SCRIPT(STEP_FRAME, STEP_UNPLUG);
+    expect_frame(0);
+    expect_end(DX_DRIVER_E_GONE, "/dev/video0: unplugged");
+    kernel.removed = "/sys" KERNEL_USB "2/1-2:1.0";
+    kernel.pauses_to_removal = 3;
+    close_it();
+    assert_int_equal(kernel.n_pauses, 3);
+}
+
+static void test_closed_all_the_same(void **state)
+{
+    (void)state;
+    KERNEL_SCRIPT(STEP_UNPLUG);
+    expect_end(DX_DRIVER_E_GONE, "/dev/video0: unplugged");
+    close_it();
+    assert_int_equal(kernel.n_pauses, 50);
+}
+
+static void test_closed_at_once(void **state)
+{
+    (void)state;
+    KERNEL_SCRIPT(STEP_FRAME, STEP_EINVAL);
+    expect_frame(0);
+    expect_end(-EINVAL, "VIDIOC_DQBUF");
+    close_it();
+    assert_int_equal(kernel.n_pauses, 0);
+}
+
 /* One error of poll alone is waited out; two in a row start the stream anew; more, the camera. */
 static void test_poll_error(void **state)
 {
@@ -356,13 +395,29 @@ static void test_wake(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(test_not_ready),      TEST(test_damaged),        TEST(test_lost),
-        TEST(test_io_error),       TEST(test_io_errors),      TEST(test_rare_io_errors),
-        TEST(test_restart_fails),  TEST(test_start_fails),    TEST(test_ended),
-        TEST(test_end_event),      TEST(test_lost_state),     TEST(test_unplugged_ioctl),
-        TEST(test_unplugged_poll), TEST(test_unplugged_held), TEST(test_poll_error),
-        TEST(test_source_change),  TEST(test_other_event),    TEST(test_source_change_fails),
-        TEST(test_silence),        TEST(test_wake),
+        TEST(test_not_ready),
+        TEST(test_damaged),
+        TEST(test_lost),
+        TEST(test_io_error),
+        TEST(test_io_errors),
+        TEST(test_rare_io_errors),
+        TEST(test_restart_fails),
+        TEST(test_start_fails),
+        TEST(test_ended),
+        TEST(test_end_event),
+        TEST(test_lost_state),
+        TEST(test_unplugged_ioctl),
+        TEST(test_unplugged_poll),
+        TEST(test_unplugged_held),
+        TEST(test_closed_when_down),
+        TEST(test_closed_all_the_same),
+        TEST(test_closed_at_once),
+        TEST(test_poll_error),
+        TEST(test_source_change),
+        TEST(test_other_event),
+        TEST(test_source_change_fails),
+        TEST(test_silence),
+        TEST(test_wake),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

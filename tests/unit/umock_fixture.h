@@ -29,7 +29,7 @@ const char *__lsan_default_suppressions(void)
 
 const char *__tsan_default_suppressions(void)
 {
-    return "race:libumockdev\n";
+    return "race:libumockdev\nrace:libglib-2.0\n";
 }
 
 /* In the testbed's own folder: the wrappers lead each path there. */

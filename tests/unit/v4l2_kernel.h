@@ -75,7 +75,9 @@ static struct kernel {
     /* the script */
     enum kernel_step script[64];
     unsigned at, n_polls;
-    int timeout_ms; /* of the last poll */
+    int timeout_ms;                       /* of the last poll */
+    unsigned n_pauses, pauses_to_removal; /* after so many `removed` leaves sysfs; 0: never */
+    const char *removed;
 
     /* what was asked */
     struct v4l2_format asked;
@@ -277,6 +279,15 @@ static int kernel_answer(const struct kernel_node *node, unsigned long request, 
     }
 }
 
+/* One thread at a time has the kernel: the driver's, and during its ioctls umockdev's. This hands
+ * it over, where ThreadSanitizer can see it. */
+static void kernel_hand_over(void)
+{
+    static int turn;
+
+    __atomic_fetch_add(&turn, 1, __ATOMIC_ACQ_REL);
+}
+
 static gboolean kernel_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer data)
 {
     gulong request = umockdev_ioctl_client_get_request(client);
@@ -286,6 +297,7 @@ static gboolean kernel_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *clien
 
     (void)base;
     (void)data;
+    kernel_hand_over();
     d = umockdev_ioctl_data_resolve(arg, 0, _IOC_SIZE(request), NULL);
     if (kernel.planar && (request == VIDIOC_QUERYBUF || request == VIDIOC_DQBUF)) {
         planes = umockdev_ioctl_data_resolve(d, offsetof(struct v4l2_buffer, m.planes),
@@ -297,6 +309,7 @@ static gboolean kernel_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *clien
         code = kernel.fail_code;
     if (!code)
         code = kernel_answer(kernel_node(client), request, d->data, plane);
+    kernel_hand_over();
     umockdev_ioctl_client_complete(client, code ? -1 : 0, code);
     return TRUE;
 }
@@ -315,6 +328,8 @@ static void *kernel_run(void *unused)
 
 int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
+int __real_ioctl(int fd, unsigned long request, ...);
+int __wrap_ioctl(int fd, unsigned long request, void *arg);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
 int __real_clock_gettime(clockid_t id, struct timespec *t);
@@ -354,6 +369,11 @@ static short kernel_poll(void)
 
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
 {
+    if (n == 0) { /* a pause */
+        if (++kernel.n_pauses == kernel.pauses_to_removal)
+            umockdev_testbed_remove_device(kernel.bed, kernel.removed);
+        return 0;
+    }
     if (n != 2 || !(fd[0].events & POLLPRI))
         return __real_poll(fd, n, timeout_ms);
     kernel.n_polls++;
@@ -365,6 +385,16 @@ int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
     fd[0].revents = kernel_poll();
     fd[1].revents = 0;
     return __real_poll(fd + 1, 1, fd[0].revents ? 0 : timeout_ms) + (fd[0].revents != 0);
+}
+
+int __wrap_ioctl(int fd, unsigned long request, void *arg)
+{
+    int r;
+
+    kernel_hand_over();
+    r = __real_ioctl(fd, request, arg);
+    kernel_hand_over();
+    return r;
 }
 
 int __wrap_open(const char *path, int flags, ...)
