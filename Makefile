@@ -54,6 +54,7 @@ UNIT_SRC := $(wildcard tests/unit/test_*.c)
 SYSTEM_SRC := $(wildcard tests/system/*.c)
 SIM_SRC := tests/hil/scip_sim.c
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
+GUEST_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
@@ -62,7 +63,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
           $(patsubst tests/hil/%.c,$(B)/tests/%,$(SIM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree bench bench-live bench-peers \
+.PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-peers \
         performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -72,6 +73,7 @@ all: $(PROGRAMS) $(B)/lib/libdexel.so $(B)/lib/libdexel.a $(B)/libdexel.pc
 help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
 	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
+	@echo 'make hil         the drivers on a real kernel, in a guest with simulated devices (docs/hil.md)'
 	@echo 'make check-long  the long tests as well: large grids, sanitizers, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
@@ -98,7 +100,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(SIM_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
@@ -177,6 +179,21 @@ check-tree:
 check-long: check
 	@$(MAKE) --no-print-directory asan tsan
 	@B=$(B) sh tests/run.sh long
+
+# The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
+# tests/hil/guest/NAME.c runs inside.
+HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/redir_*.c tests/hil/guest/*.c)))
+hil: deps
+	+@B=$(B) MAKE='$(MAKE)' sh tests/hil/hil.sh
+hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim
+	@:
+$(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+$(B)/hil/bin/redir_kinect: $(call obj,tests/hil/kinect_sim.c)
+$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/orders.c) $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lusbredirparser
 
 asan:
 	@$(MAKE) --no-print-directory B=build/asan OPT=-O1 \

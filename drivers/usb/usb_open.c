@@ -239,7 +239,9 @@ void dx_usb_close(struct dx_usb *usb)
         dx_usb_stream_close(usb->streams[k]);
     dx_usb_calls_fini(usb);
     if (usb->handle) {
-        for (int k = 0; k < 32; k++)
+        /* The last one first: a kernel's driver of several interfaces (CDC-ACM) is bound by the
+         * first, and takes it only when the others are free. */
+        for (int k = 31; k >= 0; k--)
             if (usb->claimed >> k & 1)
                 libusb_release_interface(usb->handle, k);
         libusb_close(usb->handle);

@@ -1,0 +1,423 @@
+/*
+ * The usbredir side of a simulated USB device (redir.h): the protocol's "usb-host", spoken by
+ * libusbredirparser over a connected socket.
+ */
+#include "tests/hil/redir_priv.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include <usbredirparser.h>
+
+#define MAX_WAITING 64
+/* usbredir numbers endpoints 0-15 OUT, 16-31 IN */
+#define SLOT(address) (((address)&0x0f) | ((address)&0x80) >> 3)
+
+enum { TYPE_DEVICE = 1, TYPE_CONFIG = 2, TYPE_STRING = 3, TYPE_INTERFACE = 4, TYPE_ENDPOINT = 5 };
+
+static struct {
+    const struct redir_device *device;
+    struct usbredirparser *parser;
+    int fd;
+    bool greeted, in;
+    uint64_t waiting[MAX_WAITING]; /* ids of bulk IN requests, the oldest first */
+    unsigned n_waiting;
+    bool iso_runs;
+} bus;
+
+/* ---- what the library asks for ------------------------------------------------------------ */
+
+static void on_log(void *priv, int level, const char *text)
+{
+    (void)priv;
+    if (level <= usbredirparser_warning)
+        fprintf(stderr, "redir: %s\n", text);
+}
+
+static int on_read(void *priv, uint8_t *data, int count)
+{
+    ssize_t n = read(bus.fd, data, (size_t)count);
+
+    (void)priv;
+    if (n < 0)
+        return errno == EAGAIN ? 0 : -1;
+    return n == 0 ? -1 : (int)n;
+}
+
+static int on_write(void *priv, uint8_t *data, int count)
+{
+    ssize_t n = write(bus.fd, data, (size_t)count);
+
+    (void)priv;
+    if (n < 0)
+        return errno == EAGAIN ? 0 : -1;
+    return (int)n;
+}
+
+static void on_hello(void *priv, struct usb_redir_hello_header *hello)
+{
+    (void)priv;
+    fprintf(stderr, "redir: peer %.64s\n", hello->version);
+    bus.greeted = true;
+}
+
+static void on_nothing(void *priv)
+{
+    (void)priv;
+}
+
+/* ---- the device's own facts ----------------------------------------------------------------- */
+
+static uint16_t u16_at(const uint8_t *p)
+{
+    return (uint16_t)(p[0] | p[1] << 8);
+}
+
+/* Interfaces and endpoints, read from the configuration's descriptors. */
+static void send_facts(const struct redir_device *d)
+{
+    struct usb_redir_interface_info_header interfaces = {0};
+    struct usb_redir_ep_info_header endpoints;
+    uint8_t number = 0;
+
+    memset(&endpoints, 0, sizeof(endpoints));
+    memset(endpoints.type, usb_redir_type_invalid, sizeof(endpoints.type));
+    endpoints.type[SLOT(0x00)] = endpoints.type[SLOT(0x80)] = usb_redir_type_control;
+    endpoints.max_packet_size[SLOT(0x00)] = endpoints.max_packet_size[SLOT(0x80)] = d->device[7];
+    for (size_t at = 0; at + 7 <= d->config_len; at += d->config[at]) {
+        const uint8_t *p = d->config + at;
+        uint32_t n = interfaces.interface_count;
+
+        if (p[1] == TYPE_INTERFACE && p[3] == 0) {
+            number = p[2];
+            interfaces.interface[n] = number;
+            interfaces.interface_class[n] = p[5];
+            interfaces.interface_subclass[n] = p[6];
+            interfaces.interface_protocol[n] = p[7];
+            interfaces.interface_count = n + 1;
+        } else if (p[1] == TYPE_ENDPOINT) {
+            endpoints.type[SLOT(p[2])] = p[3] & 3;
+            endpoints.interval[SLOT(p[2])] = p[6];
+            endpoints.interface[SLOT(p[2])] = number;
+            endpoints.max_packet_size[SLOT(p[2])] = u16_at(p + 4);
+        }
+    }
+    usbredirparser_send_interface_info(bus.parser, &interfaces);
+    usbredirparser_send_ep_info(bus.parser, &endpoints);
+}
+
+void redir_plug(void)
+{
+    const uint8_t *d = bus.device->device;
+    struct usb_redir_device_connect_header connect = {
+        .speed = usb_redir_speed_high,
+        .device_class = d[4],
+        .device_subclass = d[5],
+        .device_protocol = d[6],
+        .vendor_id = u16_at(d + 8),
+        .product_id = u16_at(d + 10),
+        .device_version_bcd = u16_at(d + 12),
+    };
+
+    if (bus.in || !bus.greeted)
+        return;
+    send_facts(bus.device);
+    usbredirparser_send_device_connect(bus.parser, &connect);
+    bus.in = true;
+    bus.n_waiting = 0;
+    bus.iso_runs = false;
+    bus.device->plugged(true);
+}
+
+void redir_unplug(void)
+{
+    if (!bus.in)
+        return;
+    usbredirparser_send_device_disconnect(bus.parser);
+    bus.in = false;
+    bus.n_waiting = 0;
+    bus.iso_runs = false;
+    bus.device->plugged(false);
+}
+
+/* ---- requests ------------------------------------------------------------------------------- */
+
+static int string_descriptor(unsigned index, const uint8_t **bytes)
+{
+    static uint8_t text[2 + 2 * 126];
+    static const uint8_t languages[4] = {4, TYPE_STRING, 0x09, 0x04};
+    const char *s;
+    size_t n;
+
+    *bytes = languages;
+    if (index == 0)
+        return sizeof(languages);
+    for (unsigned i = 1; i < index; i++)
+        if (!bus.device->strings[i - 1])
+            return -1;
+    s = bus.device->strings[index - 1];
+    if (!s)
+        return -1;
+    for (n = 0; s[n] && n < 126; n++) {
+        text[2 + 2 * n] = (uint8_t)s[n];
+        text[3 + 2 * n] = 0;
+    }
+    text[0] = (uint8_t)(2 + 2 * n);
+    text[1] = TYPE_STRING;
+    *bytes = text;
+    return text[0];
+}
+
+static int get_descriptor(const struct redir_setup *setup, const uint8_t **bytes)
+{
+    switch (setup->value >> 8) {
+    case TYPE_DEVICE:
+        *bytes = bus.device->device;
+        return 18;
+    case TYPE_CONFIG:
+        *bytes = bus.device->config;
+        return (int)bus.device->config_len;
+    case TYPE_STRING:
+        return string_descriptor(setup->value & 0xff, bytes);
+    default:
+        return -1;
+    }
+}
+
+static int answer(const struct redir_setup *setup, const uint8_t **bytes)
+{
+    static const uint8_t zero[2];
+
+    if (setup->type == 0x80 && setup->request == 6)
+        return get_descriptor(setup, bytes);
+    if ((setup->type & 0x60) == 0) { /* standard: GET_STATUS, CLEAR_FEATURE ... */
+        *bytes = zero;
+        return setup->type & 0x80 ? 2 : 0;
+    }
+    return bus.device->control(setup, bytes);
+}
+
+static void on_control(void *priv, uint64_t id, struct usb_redir_control_packet_header *header,
+                       uint8_t *data, int data_len)
+{
+    struct redir_setup setup = {
+        .type = header->requesttype,
+        .request = header->request,
+        .value = header->value,
+        .index = header->index,
+        .length = header->length,
+    };
+    const uint8_t *bytes = data;
+    int len;
+
+    (void)priv;
+    if (!(setup.type & 0x80))
+        setup.length = (uint16_t)data_len;
+    len = answer(&setup, &bytes);
+    header->status = len < 0 ? usb_redir_stall : usb_redir_success;
+    if (setup.type & 0x80) {
+        if (len < 0)
+            len = 0;
+        if (len > header->length)
+            len = header->length;
+        header->length = (uint16_t)len;
+        /* the library does not write to it */
+        usbredirparser_send_control_packet(bus.parser, id, header,
+                                           len ? (uint8_t *)(uintptr_t)bytes : NULL, len);
+    } else {
+        usbredirparser_send_control_packet(bus.parser, id, header, NULL, 0);
+    }
+    if (data)
+        usbredirparser_free_packet_data(bus.parser, data);
+}
+
+static void on_set_configuration(void *priv, uint64_t id,
+                                 struct usb_redir_set_configuration_header *set)
+{
+    struct usb_redir_configuration_status_header status = {.status = usb_redir_success,
+                                                           .configuration = set->configuration};
+
+    (void)priv;
+    usbredirparser_send_configuration_status(bus.parser, id, &status);
+}
+
+static void on_get_configuration(void *priv, uint64_t id)
+{
+    struct usb_redir_configuration_status_header status = {.status = usb_redir_success,
+                                                           .configuration = 1};
+
+    (void)priv;
+    usbredirparser_send_configuration_status(bus.parser, id, &status);
+}
+
+static void on_set_alt_setting(void *priv, uint64_t id,
+                               struct usb_redir_set_alt_setting_header *set)
+{
+    struct usb_redir_alt_setting_status_header status = {
+        .status = usb_redir_success, .interface = set->interface, .alt = set->alt};
+
+    (void)priv;
+    usbredirparser_send_alt_setting_status(bus.parser, id, &status);
+}
+
+static void on_bulk(void *priv, uint64_t id, struct usb_redir_bulk_packet_header *header,
+                    uint8_t *data, int data_len)
+{
+    (void)priv, (void)data_len;
+    if (header->endpoint == bus.device->endpoint && bus.n_waiting < MAX_WAITING) {
+        bus.waiting[bus.n_waiting++] = id;
+    } else {
+        header->status = usb_redir_stall;
+        header->length = header->length_high = 0;
+        usbredirparser_send_bulk_packet(bus.parser, id, header, NULL, 0);
+    }
+    if (data)
+        usbredirparser_free_packet_data(bus.parser, data);
+}
+
+static void take_out(unsigned at)
+{
+    bus.n_waiting--;
+    memmove(bus.waiting + at, bus.waiting + at + 1, (bus.n_waiting - at) * sizeof(*bus.waiting));
+}
+
+static void on_cancel(void *priv, uint64_t id)
+{
+    struct usb_redir_bulk_packet_header header = {.endpoint = bus.device->endpoint,
+                                                  .status = usb_redir_cancelled};
+
+    (void)priv;
+    for (unsigned i = 0; i < bus.n_waiting; i++) {
+        if (bus.waiting[i] != id)
+            continue;
+        take_out(i);
+        usbredirparser_send_bulk_packet(bus.parser, id, &header, NULL, 0);
+        return;
+    }
+}
+
+unsigned redir_n_waiting(void)
+{
+    return bus.n_waiting;
+}
+
+void redir_bulk_in(const uint8_t *bytes, size_t len)
+{
+    struct usb_redir_bulk_packet_header header = {
+        .endpoint = bus.device->endpoint,
+        .status = usb_redir_success,
+        .length = (uint16_t)(len & 0xffff),
+        .length_high = (uint16_t)(len >> 16),
+    };
+    uint64_t id = bus.waiting[0];
+
+    take_out(0);
+    usbredirparser_send_bulk_packet(bus.parser, id, &header, (uint8_t *)(uintptr_t)bytes, (int)len);
+}
+
+/* ---- isochronous ------------------------------------------------------------------------------
+ */
+
+static void tell_iso(uint8_t endpoint)
+{
+    struct usb_redir_iso_stream_status_header status = {.status = usb_redir_success,
+                                                        .endpoint = endpoint};
+
+    usbredirparser_send_iso_stream_status(bus.parser, 0, &status);
+}
+
+static void on_start_iso(void *priv, uint64_t id, struct usb_redir_start_iso_stream_header *start)
+{
+    (void)priv, (void)id;
+    bus.iso_runs = start->endpoint == bus.device->endpoint;
+    tell_iso(start->endpoint);
+}
+
+static void on_stop_iso(void *priv, uint64_t id, struct usb_redir_stop_iso_stream_header *stop)
+{
+    (void)priv, (void)id;
+    bus.iso_runs = false;
+    tell_iso(stop->endpoint);
+}
+
+bool redir_iso_runs(void)
+{
+    return bus.iso_runs;
+}
+
+void redir_iso_in(const uint8_t *bytes, size_t len)
+{
+    struct usb_redir_iso_packet_header header = {
+        .endpoint = bus.device->endpoint, .status = usb_redir_success, .length = (uint16_t)len};
+
+    usbredirparser_send_iso_packet(bus.parser, 0, &header, (uint8_t *)(uintptr_t)bytes, (int)len);
+}
+
+/* ---- the connection ---------------------------------------------------------------------------
+ */
+
+static struct usbredirparser *parser_new(void)
+{
+    static const int mine[] = {usb_redir_cap_connect_device_version,
+                               usb_redir_cap_ep_info_max_packet_size, usb_redir_cap_64bits_ids,
+                               usb_redir_cap_32bits_bulk_length,
+                               usb_redir_cap_device_disconnect_ack};
+    struct usbredirparser *p = usbredirparser_create();
+    uint32_t caps[USB_REDIR_CAPS_SIZE] = {0};
+    char name[] = "dexeld simulated device";
+
+    if (!p)
+        return NULL;
+    p->log_func = on_log;
+    p->read_func = on_read;
+    p->write_func = on_write;
+    p->hello_func = on_hello;
+    p->reset_func = on_nothing;
+    p->device_disconnect_ack_func = on_nothing;
+    p->control_packet_func = on_control;
+    p->bulk_packet_func = on_bulk;
+    p->start_iso_stream_func = on_start_iso;
+    p->stop_iso_stream_func = on_stop_iso;
+    p->cancel_data_packet_func = on_cancel;
+    p->set_configuration_func = on_set_configuration;
+    p->get_configuration_func = on_get_configuration;
+    p->set_alt_setting_func = on_set_alt_setting;
+    for (size_t i = 0; i < sizeof(mine) / sizeof(*mine); i++)
+        usbredirparser_caps_set_cap(caps, mine[i]);
+    usbredirparser_init(p, name, caps, USB_REDIR_CAPS_SIZE, usbredirparser_fl_usb_host);
+    return p;
+}
+
+int redir_begin(const struct redir_device *device, int fd)
+{
+    bus.device = device;
+    bus.fd = fd;
+    bus.parser = parser_new();
+    return bus.parser ? 0 : -ENOMEM;
+}
+
+void redir_end(void)
+{
+    usbredirparser_destroy(bus.parser);
+}
+
+bool redir_is_in(void)
+{
+    return bus.in;
+}
+
+short redir_events(void)
+{
+    return (short)(POLLIN | (usbredirparser_has_data_to_write(bus.parser) > 0 ? POLLOUT : 0));
+}
+
+int redir_dispatch(short revents)
+{
+    if (revents & (POLLIN | POLLHUP) && usbredirparser_do_read(bus.parser) == -1)
+        return -1;
+    if (usbredirparser_has_data_to_write(bus.parser) && usbredirparser_do_write(bus.parser) < 0)
+        return -1;
+    return 0;
+}

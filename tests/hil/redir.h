@@ -1,0 +1,58 @@
+/*
+ * A USB device that is a program: what QEMU's usb-redir plugs into the guest. The guest's real
+ * host controller driver, usbfs or class drivers talk to it. A device gives its descriptors and
+ * answers what is its own; everything else of USB is done here. One device a program, one thread.
+ */
+#ifndef HIL_REDIR_H
+#define HIL_REDIR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct redir_setup {
+    uint8_t type, request; /* bmRequestType, bRequest */
+    uint16_t value, index, length;
+};
+
+struct redir_device {
+    const uint8_t *device; /* descriptors as on the wire; this one is of 18 bytes */
+    const uint8_t *config;
+    size_t config_len;
+    const char *const *strings; /* number 1 and up of the descriptors; ends with NULL */
+    uint8_t endpoint;           /* the one that data come from, bulk or isochronous: 0x81 */
+
+    /* A control request that is none of GET_DESCRIPTOR, SET_CONFIGURATION, SET_INTERFACE. IN:
+     * points *bytes at the answer and returns its length; OUT: *bytes are `length` bytes that came,
+     * returns 0. Negative: stall. */
+    int (*control)(const struct redir_setup *setup, const uint8_t **bytes);
+    /* Called whenever something has happened, and after what the last call returned: sends what is
+     * due by redir_bulk_in(); returns milliseconds until the next is due. */
+    int (*pump)(void);
+    /* The device has come, or has gone and holds no request any more. */
+    void (*plugged)(bool in);
+    /* An order by the other socket that is neither "plug" nor "unplug"; the answer into text, no
+     * newline. */
+    void (*order)(const char *line, char *text, size_t text_len);
+};
+
+/*
+ * Listens at both paths, says so by a line on file descriptor 3 when that is open, serves one QEMU
+ * until it goes away. The device is unplugged until it is ordered to be plugged. Orders and their
+ * answers are lines. Returns the program's exit status.
+ */
+int redir_serve(const struct redir_device *device, const char *path, const char *orders_path);
+
+/* Requests for data of the bulk IN endpoint that wait. */
+unsigned redir_n_waiting(void);
+/* Answers the oldest of them; len at most what fits into any request, 16 KiB. */
+void redir_bulk_in(const uint8_t *bytes, size_t len);
+/* Whether the guest fetches isochronous packets; gives it the next one. They are kept by QEMU, some
+ * 900 at most: more are lost. */
+bool redir_iso_runs(void);
+void redir_iso_in(const uint8_t *bytes, size_t len);
+/* Orders of the device itself. */
+void redir_plug(void);
+void redir_unplug(void);
+
+#endif

@@ -1,0 +1,59 @@
+#!/bin/sh
+# Boots the guest and shows what its tests say; exit 0 when all passed.
+#   tests/hil/run.sh [TEST...]     all of tests/hil/guest, or those named
+#   tests/hil/run.sh --shell       a shell in it instead, on this terminal (Ctrl-A X ends it)
+# First serial port: the console, $B/hil/console.log. Second: results. Third and fourth: orders to the USB cameras,
+# which are programs on this side (redir_uvc.c, redir_kinect.c). Always emulated: what there is of KVM on a build machine may hang.
+set -eu
+B=${B:-build}
+hil=$B/hil
+limit_s=${HIL_LIMIT_S:-1500}
+
+run=$(mktemp -d)
+pids=
+at_exit() {
+  # shellcheck disable=SC2086 # a list of processes
+  [ -z "$pids" ] || kill $pids 2>/dev/null || true
+  rm -rf "$run"
+}
+trap at_exit EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+what="hil_tests=$(echo "$*" | tr ' ' ,) ${HIL_ARGS:-}"
+results=stdio
+if [ "${1:-}" = --shell ]; then what=hil_shell results=mon:stdio; fi
+
+# camera NAME PROGRAM: listens at $run/NAME before it returns
+devices=
+camera() {
+  mkfifo "$run/ready"
+  "$hil/bin/$2" "$run/$1" "$run/$1.orders" >"$hil/$1.log" 2>&1 3>"$run/ready" &
+  pids="$pids $!"
+  read -r _ <"$run/ready" || { cat "$hil/$1.log" >&2; exit 1; }
+  rm "$run/ready"
+  devices="$devices -chardev socket,id=$1,path=$run/$1 -device usb-redir,chardev=$1,bus=usb.0
+    -chardev socket,id=$1-orders,path=$run/$1.orders -serial chardev:$1-orders"
+}
+
+guest() {
+  # shellcheck disable=SC2086 # a list of arguments
+  timeout --foreground "$limit_s" qemu-system-x86_64 -accel tcg,thread=multi -machine pc -cpu max -smp "${HIL_CPUS:-1}" -m 768 \
+    -nodefaults -no-user-config -display none -no-reboot -kernel "$hil/kernel/vmlinux" -initrd "$hil/guest.cpio" \
+    -append "console=ttyS0 quiet loglevel=3 panic=-1 tsc=reliable mitigations=off nokaslr random.trust_cpu=on $what" \
+    -serial "file:$hil/console.log" -serial "$results" $devices
+}
+
+devices="-device qemu-xhci,id=usb"
+camera camera redir_uvc
+camera kinect redir_kinect
+
+if [ "$what" = hil_shell ]; then guest; exit; fi
+guest </dev/null | tee "$hil/results.log"
+if ! tail -n 1 "$hil/results.log" | grep -qE '^[0-9]+ passed'; then
+  echo "FAIL  the guest ended before its tests did; the end of $hil/console.log:"
+  tail -n 20 "$hil/console.log" | sed 's/^/      /'
+  echo "$(grep -c '^pass' "$hil/results.log") passed, $(($(grep -c '^FAIL' "$hil/results.log") + 1)) failed"
+  exit 1
+fi
+tail -n 1 "$hil/results.log" | grep -q ' 0 failed'

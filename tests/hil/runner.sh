@@ -1,0 +1,52 @@
+#!/bin/sh
+# In the guest: runs the tests tests/hil/guest/*.sh, or those named, one after the other; a line for each on
+# standard output, "N passed, N failed" at the end; all that they wrote goes to the console.
+# A test is a script; exit 0 passed, 77 skipped, anything else failed. `# limit: N` in it: seconds, else 30.
+# What a test leaves running is killed after it.
+set -u
+export B=/
+log=/run/log
+mkdir -p $log
+passed=0 failed=0 skipped=0
+
+# what is left of session $1, the test's own
+kill_session() {
+  for stat in /proc/[0-9]*/stat; do
+    read -r line <"$stat" || continue
+    pid=${line%% *}
+    # state, parent, group, session
+    # shellcheck disable=SC2086 # words
+    set -- "$1" ${line##*) }
+    [ "$5" = "$1" ] && kill -KILL "$pid"
+  done 2>/dev/null
+}
+
+run() {
+  name=$(basename "$1" .sh)
+  limit=$(sed -n 's/^# limit: //p' "$1")
+  setsid timeout -s KILL "${limit:-30}" sh "$1" >"$log/$name" 2>&1 </dev/null &
+  session=$!
+  wait $session
+  code=$?
+  kill_session $session
+  {
+    read -r up _ </proc/uptime
+    echo "---- $name: status $code, at $up s"
+    cat "$log/$name"
+    [ $code = 0 ] || [ $code = 77 ] || dmesg | tail -n 30
+  } >/dev/console
+  case $code in
+    0) passed=$((passed + 1)); echo "pass  hil/$name" ;;
+    77) skipped=$((skipped + 1)); echo "skip  hil/$name: $(tail -n 1 "$log/$name")" ;;
+    137) failed=$((failed + 1)); echo "FAIL  hil/$name: more than ${limit:-30} s"; tail -n 40 "$log/$name" | sed 's/^/      /' ;;
+    *) failed=$((failed + 1)); echo "FAIL  hil/$name"; tail -n 40 "$log/$name" | sed 's/^/      /' ;;
+  esac
+}
+
+cd / || exit 1
+if [ $# -gt 0 ]; then for t in "$@"; do run "tests/hil/guest/$t.sh"; done
+else for t in tests/hil/guest/*.sh; do run "$t"; done; fi
+
+line="$passed passed, $failed failed"
+[ $skipped = 0 ] || line="$line, $skipped skipped"
+echo "$line"
