@@ -41,7 +41,7 @@ ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
 
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
-CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
+CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/cloud/*.c core/wire/*.c))
 DRIVERS_SRC := $(wildcard drivers/*.c drivers/*/*.c)
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))

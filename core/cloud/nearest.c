@@ -1,0 +1,169 @@
+/* Points near a point: boxes of dexels, which are runs of ranks by rows, pruned by the sphere. */
+#include "core/cloud/cloud.h"
+
+#include <stdbool.h>
+
+#define LONG_RUN 48 /* points of a row's run from which on depths are searched for */
+
+struct query {
+    const int32_t *p;
+    int32_t radius;
+    struct dx_near *out;
+    uint32_t n, max;
+};
+
+static void scan(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
+{
+    const int64_t r2 = (int64_t)q->radius * q->radius;
+
+    for (uint32_t k = from; k < end; k++) {
+        const int64_t dx = c->at[k][0] - q->p[0], dy = c->at[k][1] - q->p[1],
+                      dz = c->at[k][2] - q->p[2];
+        const int64_t d2 = dx * dx + dy * dy + dz * dz;
+
+        if (d2 > r2)
+            continue;
+        if (q->n < q->max)
+            q->out[q->n] = (struct dx_near){d2, k};
+        q->n++;
+    }
+}
+
+/* The first of ranks `from` to `end`, of one dexel, that is not before this depth. */
+static uint32_t find_depth(const struct dx_cloud *c, uint32_t from, uint32_t end, int64_t depth)
+{
+    while (from < end) {
+        uint32_t middle = from + (end - from) / 2;
+
+        if (c->at[middle][2] < depth)
+            from = middle + 1;
+        else
+            end = middle;
+    }
+    return from;
+}
+
+static void scan_dexel(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
+{
+    const int64_t low = (int64_t)q->p[2] - q->radius, high = (int64_t)q->p[2] + q->radius;
+
+    from = find_depth(c, from, end, low);
+    scan(q, c, from, find_depth(c, from, end, high + 1));
+}
+
+/* Dexels over [p - radius, p + radius]; false: none. */
+static bool range_of(uint32_t out[2], int32_t p, int32_t radius, int32_t side, uint32_t n)
+{
+    const int64_t low = (int64_t)p - radius, high = (int64_t)p + radius;
+    const int64_t first = low > 0 ? low / side : 0, last = high < 0 ? -1 : high / side;
+
+    if (last < 0 || first >= n)
+        return false;
+    out[0] = (uint32_t)first;
+    out[1] = last < n ? (uint32_t)last : n - 1;
+    return true;
+}
+
+uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t radius,
+                         struct dx_near *out, uint32_t max)
+{
+    struct query q = {p, radius, out, 0, max};
+    uint32_t row[2], col[2];
+
+    if (c->n == 0 || !range_of(row, p[0], radius, c->side, c->rows) ||
+        !range_of(col, p[1], radius, c->side, c->cols))
+        return 0;
+    for (uint32_t i = row[0]; i <= row[1]; i++) {
+        const uint32_t *start = c->start + (size_t)i * c->cols;
+        const uint32_t from = start[col[0]], end = start[col[1] + 1];
+
+        if (end - from < LONG_RUN)
+            scan(&q, c, from, end);
+        else
+            for (uint32_t j = col[0]; j <= col[1]; j++)
+                scan_dexel(&q, c, start[j], start[j + 1]);
+    }
+    return q.n;
+}
+
+static bool is_nearer(struct dx_near a, struct dx_near b)
+{
+    return a.d2 < b.d2 || (a.d2 == b.d2 && a.rank < b.rank);
+}
+
+/* Keeps the k nearest of `found` in `out`, which has n. */
+static uint32_t keep(struct dx_near *out, uint32_t n, uint32_t k, struct dx_near found)
+{
+    uint32_t j;
+
+    if (n == k && !is_nearer(found, out[k - 1]))
+        return n;
+    n += n < k;
+    for (j = n - 1; j > 0 && is_nearer(found, out[j - 1]); j--)
+        out[j] = out[j - 1];
+    out[j] = found;
+    return n;
+}
+
+struct search {
+    const struct dx_cloud *cloud;
+    uint32_t rank, k, n;
+    struct dx_near *out;
+};
+
+/* Of the dexels' ranks `from` to `end`. */
+static void search_run(struct search *s, uint32_t from, uint32_t end)
+{
+    const int32_t *p = s->cloud->at[s->rank];
+
+    for (uint32_t r = from; r < end; r++) {
+        const int32_t *q = s->cloud->at[r];
+        const int64_t dx = q[0] - p[0], dy = q[1] - p[1], dz = q[2] - p[2];
+
+        if (r != s->rank)
+            s->n = keep(s->out, s->n, s->k, (struct dx_near){dx * dx + dy * dy + dz * dz, r});
+    }
+}
+
+/* The frame of dexels at distance `ring` from dexel (i, j); false: it is all outside. */
+static bool search_ring(struct search *s, int64_t i, int64_t j, int64_t ring)
+{
+    const struct dx_cloud *c = s->cloud;
+    const int64_t left = j - ring, right = j + ring;
+    const int64_t from = left > 0 ? left : 0, to = right < c->cols ? right : c->cols - 1;
+    bool inside = false;
+
+    for (int64_t row = i - ring; row <= i + ring; row++) {
+        const uint32_t *start = c->start + row * c->cols;
+
+        if (row < 0 || row >= c->rows)
+            continue;
+        if (row == i - ring || row == i + ring) {
+            search_run(s, start[from], start[to + 1]);
+            inside = true;
+            continue;
+        }
+        if (left >= 0)
+            search_run(s, start[left], start[left + 1]);
+        if (right < c->cols)
+            search_run(s, start[right], start[right + 1]);
+        inside |= left >= 0 || right < c->cols;
+    }
+    return inside;
+}
+
+uint32_t dx_cloud_nearest(const struct dx_cloud *c, uint32_t rank, uint32_t k, struct dx_near *out)
+{
+    struct search s = {c, rank, k, 0, out};
+    const int32_t *p = c->at[rank];
+    const int64_t i = p[0] / c->side, j = p[1] / c->side;
+
+    for (int64_t ring = 0; k > 0 && search_ring(&s, i, j, ring); ring++) {
+        /* what is in no frame yet is at least so far */
+        const int64_t far = ring * c->side;
+
+        if (s.n == k && out[k - 1].d2 < far * far)
+            break;
+    }
+    return s.n;
+}
