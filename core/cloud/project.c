@@ -139,6 +139,9 @@ static int check(const struct dx_project_config *c, struct dx_err *err)
         return dx_err_set(err, -EINVAL, "beta is %g degrees, expected 0 to 60", c->beta_deg);
     if (!(c->max_edge >= 0))
         return dx_err_set(err, -EINVAL, "the longest edge is %g, expected 0 or more", c->max_edge);
+    if (c->max_loop > DX_PROJECT_MAX_LOOP)
+        return dx_err_set(err, -EINVAL, "holes of %u edges, expected at most %d", c->max_loop,
+                          DX_PROJECT_MAX_LOOP);
     return 0;
 }
 

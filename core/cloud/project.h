@@ -11,6 +11,8 @@
 
 #include "core/cloud/cloud.h"
 
+#define DX_PROJECT_MAX_LOOP 32
+
 /* Which of the points that R sees becomes the neighbour after P (section 4.1, figure 3). */
 enum dx_project_choice {
     DX_PROJECT_WIDEST, /* the one that sees R and P at the widest angle: a local Delaunay star */

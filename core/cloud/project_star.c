@@ -55,6 +55,12 @@ static bool is_wide(const struct dx_project_run *run, const int32_t *x, const in
     return dot < run->cos_alpha * sqrt(xx) * sqrt(yy);
 }
 
+/* Positive when q is ahead of p at this side. */
+static int64_t turn(const struct side *s, struct dx_flat p, struct dx_flat q)
+{
+    return s->leftward ? dx_flat_cross(p, q) : dx_flat_cross(q, p);
+}
+
 /* Of the candidates between, the one whose circle with r and the point at `at` has no other in it.
  * UINT32_MAX: there is none. Ties go to the lower rank, as if it were a little nearer. */
 static uint32_t pick_widest(const struct side *s, uint32_t at, uint32_t end)
@@ -67,7 +73,7 @@ static uint32_t pick_widest(const struct side *s, uint32_t at, uint32_t end)
         const struct dx_flat q = l->order[k = s->leftward ? next_of(l, k) : previous_of(l, k)].at;
         int in;
 
-        if (k == at || (s->leftward ? dx_flat_cross(p, q) : dx_flat_cross(q, p)) <= 0)
+        if (k == at || turn(s, p, q) <= 0)
             break;
         if (s->refused[k])
             continue;
@@ -83,6 +89,94 @@ static uint32_t pick_widest(const struct side *s, uint32_t at, uint32_t end)
     return best;
 }
 
+/* Up to half a turn from the point at `at`, not beyond `end`: the next not refused; UINT32_MAX:
+ * none. */
+static uint32_t pick_next(const struct side *s, uint32_t at, uint32_t end)
+{
+    const struct dx_local *l = &s->run->local;
+    const struct dx_flat p = l->order[at].at;
+    uint32_t k = at;
+
+    do {
+        k = s->leftward ? next_of(l, k) : previous_of(l, k);
+        if (k == at || turn(s, p, l->order[k].at) <= 0)
+            break;
+        if (!s->refused[k])
+            return k;
+    } while (k != end);
+    return UINT32_MAX;
+}
+
+static double cos_between(struct dx_flat a, struct dx_flat b)
+{
+    const double ax = a.x, ay = a.y, bx = b.x, by = b.y;
+
+    return (ax * bx + ay * by) / sqrt((ax * ax + ay * ay) * (bx * bx + by * by));
+}
+
+/* The cosine of the narrowest angle of the triangle with r. */
+static double sharpest(struct dx_flat a, struct dx_flat b)
+{
+    const struct dx_flat ab = dx_flat_minus(b, a), ba = dx_flat_minus(a, b);
+    const double at_r = cos_between(a, b);
+    const double at_a = cos_between(ab, (struct dx_flat){-a.x, -a.y});
+    const double at_b = cos_between(ba, (struct dx_flat){-b.x, -b.y});
+    const double at_ends = at_a > at_b ? at_a : at_b;
+
+    return at_r > at_ends ? at_r : at_ends;
+}
+
+/*
+ * The paper's pruning by angle: of the candidates that trap no other in the triangle with r and the
+ * point at `at`, the next if it is at an angle of beta or more; else the first that is; else the
+ * one with the least sharp triangle. The paper leaves this choice open.
+ */
+static uint32_t pick_beta(struct side *s, uint32_t at, uint32_t end)
+{
+    const struct dx_local *l = &s->run->local;
+    const struct dx_flat p = l->order[at].at;
+    uint32_t best = UINT32_MAX, k = at, n_between = 0;
+    struct dx_flat between[DX_PROJECT_MAX_CAND];
+    double best_cos = 2;
+
+    do {
+        struct dx_flat q;
+        bool traps = false;
+        double c;
+
+        q = l->order[k = s->leftward ? next_of(l, k) : previous_of(l, k)].at;
+        if (k == at || turn(s, p, q) <= 0)
+            break;
+        if (s->refused[k])
+            continue;
+        for (uint32_t i = 0; i < n_between && !traps; i++)
+            traps = turn(s, dx_flat_minus(q, p), dx_flat_minus(between[i], p)) >= 0;
+        between[n_between++] = q;
+        if (traps)
+            continue;
+        if (cos_between(p, q) <= s->run->cos_beta)
+            return k;
+        c = sharpest(p, q);
+        if (c < best_cos) {
+            best_cos = c;
+            best = k;
+        }
+    } while (k != end);
+    return best;
+}
+
+static uint32_t pick(struct side *s, uint32_t at, uint32_t end)
+{
+    switch (s->run->config->choice) {
+    case DX_PROJECT_NEXT:
+        return pick_next(s, at, end);
+    case DX_PROJECT_BETA:
+        return pick_beta(s, at, end);
+    default:
+        return pick_widest(s, at, end);
+    }
+}
+
 /* One triangle at this side; *at moves on. False: there is none. */
 static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
 {
@@ -93,7 +187,7 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
     for (uint32_t k = 0; k < l->n_order; k++)
         s->refused[k] = false;
     for (int try = 0; try < MAX_TRIES; try++) {
-        const uint32_t k = pick_widest(s, *at, end);
+        const uint32_t k = pick(s, *at, end);
         uint32_t a, b;
         int rc;
 
@@ -106,7 +200,7 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
             s->refused[k] = true;
             continue;
         }
-        if (s->may_widen &&
+        if (s->may_widen && run->config->choice == DX_PROJECT_WIDEST &&
             diameter2(l->at[a], l->at[b]) > (double)DX_PROJECT_FLAT * DX_PROJECT_FLAT) {
             s->narrow = true;
             return 0;
