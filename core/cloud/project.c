@@ -113,7 +113,7 @@ static int look_again(struct dx_project_run *run)
     int rc = 0;
 
     for (uint32_t k = 0; k < run->tail && rc == 0; k++)
-        if (run->state[run->queue[k]] == DX_BOUNDARY)
+        if (run->state[run->queue[k]] == DX_BOUNDARY || run->state[run->queue[k]] == DX_FRINGE)
             rc = process(run, run->queue[k]);
     return rc;
 }

@@ -7,7 +7,8 @@
 
 #include <math.h>
 
-#define MAX_TRIES 12 /* points that turn out not to be visible, at one side */
+#define MAX_TRIES 12  /* points that turn out not to be visible, at one side */
+#define HOLLOW    1.5 /* widest radii: no surface in an empty circle of this diameter */
 
 /* Consecutive places in the order around r, from `from` to `to`; the whole turn when equal. */
 struct sector {
@@ -38,6 +39,24 @@ static double diameter2(struct dx_flat a, struct dx_flat b)
     const double cross = ax * by - ay * bx, cx = bx - ax, cy = by - ay;
 
     return (ax * ax + ay * ay) * (bx * bx + by * by) / cross * ((cx * cx + cy * cy) / cross);
+}
+
+/* Points beyond the radius may be in the triangle's circle. */
+static bool is_unsure(const struct dx_project_run *run, uint32_t a, uint32_t b)
+{
+    const double radius = DX_PROJECT_FLAT;
+
+    return run->config->choice == DX_PROJECT_WIDEST &&
+           diameter2(run->local.at[a], run->local.at[b]) > radius * radius;
+}
+
+/* No surface is made where a circle this wide has no sample: flat triangles along rims. */
+static bool is_hollow(const struct dx_project_run *run, uint32_t a, uint32_t b)
+{
+    const double most = HOLLOW * DX_PROJECT_FLAT * run->widest / run->radius;
+
+    return run->config->choice == DX_PROJECT_WIDEST &&
+           diameter2(run->local.at[a], run->local.at[b]) > most * most;
 }
 
 static bool is_wide(const struct dx_project_run *run, const int32_t *x, const int32_t *y)
@@ -196,12 +215,11 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
         a = l->order[s->leftward ? *at : k].number;
         b = l->order[s->leftward ? k : *at].number;
         if (is_wide(run, run->cloud->at[l->id[a]], run->cloud->at[l->id[b]]) ||
-            !dx_project_may_join(run, a, b)) {
+            is_hollow(run, a, b) || !dx_project_may_join(run, a, b)) {
             s->refused[k] = true;
             continue;
         }
-        if (s->may_widen && run->config->choice == DX_PROJECT_WIDEST &&
-            diameter2(l->at[a], l->at[b]) > (double)DX_PROJECT_FLAT * DX_PROJECT_FLAT) {
+        if (s->may_widen && is_unsure(run, a, b)) {
             s->narrow = true;
             return 0;
         }
