@@ -59,6 +59,16 @@ static bool is_hollow(const struct dx_project_run *run, uint32_t a, uint32_t b)
            diameter2(run->local.at[a], run->local.at[b]) > most * most;
 }
 
+/* The candidates are near r; the edge that closes the triangle is bounded too. */
+static bool is_long(const struct dx_project_run *run, const int32_t *x, const int32_t *y)
+{
+    double dd = 0;
+
+    for (int k = 0; k < 3; k++)
+        dd += (double)(x[k] - y[k]) * (x[k] - y[k]);
+    return run->max_edge > 0 && dd > run->max_edge * run->max_edge;
+}
+
 static bool is_wide(const struct dx_project_run *run, const int32_t *x, const int32_t *y)
 {
     const int32_t *r = run->cloud->at[run->r];
@@ -207,6 +217,7 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
         s->refused[k] = false;
     for (int try = 0; try < MAX_TRIES; try++) {
         const uint32_t k = pick(s, *at, end);
+        const int32_t *x, *y;
         uint32_t a, b;
         int rc;
 
@@ -214,8 +225,10 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
             return 0;
         a = l->order[s->leftward ? *at : k].number;
         b = l->order[s->leftward ? k : *at].number;
-        if (is_wide(run, run->cloud->at[l->id[a]], run->cloud->at[l->id[b]]) ||
-            is_hollow(run, a, b) || !dx_project_may_join(run, a, b)) {
+        x = run->cloud->at[l->id[a]];
+        y = run->cloud->at[l->id[b]];
+        if (is_wide(run, x, y) || is_long(run, x, y) || is_hollow(run, a, b) ||
+            !dx_project_may_join(run, a, b)) {
             s->refused[k] = true;
             continue;
         }

@@ -103,7 +103,8 @@ static inline void expect_closed(const struct soup *soup, uint32_t n, int64_t eu
 {
     const struct soup_counts c = soup_count(soup, n);
 
-    if (c.n_boundary || c.n_points != n || c.euler != euler || (int64_t)soup->n != 2 * n - 2 * euler)
+    if (c.n_boundary || c.n_points != n || c.euler != euler ||
+        (int64_t)soup->n != 2 * n - 2 * euler)
         fail_msg("%zu triangles of %u of %u points, %llu boundary edges, characteristic %lld",
                  soup->n, c.n_points, n, (unsigned long long)c.n_boundary, (long long)c.euler);
 }
