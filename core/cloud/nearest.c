@@ -3,7 +3,8 @@
 
 #include <stdbool.h>
 
-#define LONG_RUN 48 /* points of a row's run from which on depths are searched for */
+#define BATCH    64
+#define LONG_RUN 96 /* points of a row's run from which on depths are searched for */
 
 struct query {
     const int32_t *p;
@@ -12,20 +13,36 @@ struct query {
     uint32_t n, max;
 };
 
+/* Most points of the box's dexels are outside of the box, on no side that could be foretold: they
+ * are sorted out without a branch. */
 static void scan(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
 {
     const int64_t r2 = (int64_t)q->radius * q->radius;
+    const uint32_t r = (uint32_t)q->radius, side = 2 * r;
 
-    for (uint32_t k = from; k < end; k++) {
-        const int64_t dx = c->at[k][0] - q->p[0], dy = c->at[k][1] - q->p[1],
-                      dz = c->at[k][2] - q->p[2];
-        const int64_t d2 = dx * dx + dy * dy + dz * dz;
+    while (from < end) {
+        const uint32_t stop = end - from < BATCH ? end : from + BATCH;
+        uint32_t inside[BATCH], n = 0;
 
-        if (d2 > r2)
-            continue;
-        if (q->n < q->max)
-            q->out[q->n] = (struct dx_near){d2, k};
-        q->n++;
+        for (; from < stop; from++) {
+            const int32_t *at = c->at[from];
+
+            inside[n] = from;
+            n += ((uint32_t)at[0] - (uint32_t)q->p[0] + r <= side) &
+                 ((uint32_t)at[1] - (uint32_t)q->p[1] + r <= side) &
+                 ((uint32_t)at[2] - (uint32_t)q->p[2] + r <= side);
+        }
+        for (uint32_t k = 0; k < n; k++) {
+            const int32_t *at = c->at[inside[k]];
+            const int64_t dx = at[0] - q->p[0], dy = at[1] - q->p[1], dz = at[2] - q->p[2];
+            const int64_t d2 = dx * dx + dy * dy + dz * dz;
+
+            if (d2 > r2)
+                continue;
+            if (q->n < q->max)
+                q->out[q->n] = (struct dx_near){d2, inside[k]};
+            q->n++;
+        }
     }
 }
 

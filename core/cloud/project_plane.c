@@ -156,6 +156,7 @@ bool dx_project_set_plane(struct dx_project_run *run)
 {
     const struct dx_project_point *p = &run->point[run->r];
 
+    run->scale = DX_PROJECT_FLAT / run->radius;
     for (int k = 0; k < 3; k++)
         run->normal[k] = (double)p->normal[k];
     if (!p->ring || !normalise(run->normal)) {
@@ -175,19 +176,19 @@ bool dx_project_set_plane(struct dx_project_run *run)
     return true;
 }
 
+/* To the nearest, halves away from 0. */
 static int32_t flat(double x)
 {
     const double most = DX_FLAT_MAX / 2;
 
-    x = rint(x);
+    x = x < 0 ? x - 0.5 : x + 0.5;
     return (int32_t)(x > most ? most : x < -most ? -most : x);
 }
 
 struct dx_flat dx_project_flat(const struct dx_project_run *run, uint32_t rank)
 {
-    const double scale = DX_PROJECT_FLAT / run->radius;
     double d[3];
 
     offset(d, run, rank);
-    return (struct dx_flat){flat(dot(d, run->u) * scale), flat(dot(d, run->v) * scale)};
+    return (struct dx_flat){flat(dot(d, run->u) * run->scale), flat(dot(d, run->v) * run->scale)};
 }

@@ -39,6 +39,7 @@ struct dx_local {
     struct dx_flat at[DX_PROJECT_MAX_LOCAL];
     bool hidden[DX_PROJECT_MAX_LOCAL]; /* cannot be joined to the reference point */
     bool linked[DX_PROJECT_MAX_LOCAL]; /* is joined to it by a boundary edge */
+    bool behind[DX_PROJECT_MAX_LOCAL]; /* its triangles: what happens there is out of sight */
     /* chains of candidate k: from chain[k] to chain[k + 1]; none for the others */
     uint32_t chain_start[DX_PROJECT_MAX_CAND + 1];
     uint32_t n_chains, n_own, n_edges;
@@ -66,6 +67,7 @@ struct dx_project_run {
     uint32_t r;
     double normal[3], u[3], v[3];
     double radius, widest; /* of influence; as far as it may be widened */
+    double scale;          /* steps to units of the plane */
     uint32_t n_near;
     struct dx_near near[DX_PROJECT_MAX_NEAR]; /* all states, without r */
     struct dx_local local;

@@ -21,7 +21,7 @@ static int place_of(struct dx_project_run *run, uint32_t rank)
     l->id[l->n] = rank;
     l->at[l->n] = dx_project_flat(run, rank);
     l->hidden[l->n] = true;
-    l->linked[l->n] = false;
+    l->linked[l->n] = l->behind[l->n] = false;
     run->point[rank].local = l->n;
     return (int)l->n++;
 }
@@ -38,7 +38,7 @@ static void add_candidate(struct dx_project_run *run, uint32_t rank)
         return;
     l->id[l->n] = rank;
     l->at[l->n] = at;
-    l->hidden[l->n] = l->linked[l->n] = false;
+    l->hidden[l->n] = l->linked[l->n] = l->behind[l->n] = false;
     run->point[rank].local = l->n++;
 }
 
@@ -47,35 +47,45 @@ static bool is_nearer(struct dx_near a, struct dx_near b)
     return a.d2 < b.d2 || (a.d2 == b.d2 && a.rank < b.rank);
 }
 
+/* The `room` nearest of the points that are not completed. */
+static void add_nearest(struct dx_project_run *run, uint32_t room)
+{
+    struct dx_near nearest[DX_PROJECT_MAX_CAND];
+    uint32_t n = 0;
+
+    for (uint32_t k = 0; k < run->n_near && room > 0; k++) {
+        const struct dx_near p = run->near[k];
+        uint32_t j;
+
+        if (run->state[p.rank] == DX_COMPLETED || (n == room && !is_nearer(p, nearest[n - 1])))
+            continue;
+        n -= n == room;
+        for (j = n++; j > 0 && is_nearer(p, nearest[j - 1]); j--)
+            nearest[j] = nearest[j - 1];
+        nearest[j] = p;
+    }
+    for (uint32_t k = 0; k < n; k++)
+        add_candidate(run, nearest[k].rank);
+}
+
 /* What is not completed, the ends of r's chains first, since they must be there. */
 static void add_candidates(struct dx_project_run *run)
 {
     const uint32_t ring = run->point[run->r].ring, n = dx_ring_n(&run->rings, ring);
     const uint32_t *list = dx_ring_list(&run->rings, ring);
-    struct dx_near nearest[DX_PROJECT_MAX_CAND];
-    uint32_t n_nearest = 0, room;
+    uint32_t n_open = 0, room;
 
     for (uint32_t k = 0; k < n && run->local.n < DX_PROJECT_MAX_CAND; k++)
         if ((list[k] & DX_RING_FIRST) || k + 1 == n || (list[k + 1] & DX_RING_FIRST))
             add_candidate(run, list[k] & ~DX_RING_FIRST);
     room = DX_PROJECT_MAX_CAND - run->local.n;
-    for (uint32_t k = 0; k < run->n_near; k++) {
-        const struct dx_near p = run->near[k];
-        uint32_t j;
-
-        if (run->state[p.rank] == DX_COMPLETED)
-            continue;
-        if (n_nearest == room) {
-            if (room == 0 || !is_nearer(p, nearest[room - 1]))
-                continue;
-            n_nearest--;
-        }
-        for (j = n_nearest++; j > 0 && is_nearer(p, nearest[j - 1]); j--)
-            nearest[j] = nearest[j - 1];
-        nearest[j] = p;
-    }
-    for (uint32_t k = 0; k < n_nearest; k++)
-        add_candidate(run, nearest[k].rank);
+    for (uint32_t k = 0; k < run->n_near; k++)
+        n_open += run->state[run->near[k].rank] != DX_COMPLETED;
+    if (n_open > room)
+        add_nearest(run, room);
+    for (uint32_t k = 0; k < run->n_near && n_open <= room; k++)
+        if (run->state[run->near[k].rank] != DX_COMPLETED)
+            add_candidate(run, run->near[k].rank);
     run->local.n_cand = run->local.n;
 }
 
@@ -107,13 +117,13 @@ static struct dx_flat at_place(const struct dx_local *l, uint32_t place)
     return place == DX_PROJECT_MAX_LOCAL ? origin : l->at[place];
 }
 
-/* An edge is listed where its filled side is to the right; from its other end when that is no
- * candidate, whose chains are not looked at. */
+/* An edge is listed where its filled side is to the right; from its other end when the chains of
+ * that are not looked at. */
 static void add_edges(struct dx_local *l, uint32_t k, const struct dx_local_chain *c)
 {
     if (c->last != DX_PROJECT_MAX_LOCAL)
         l->edge[l->n_edges++] = (struct dx_local_edge){(uint16_t)k, c->last};
-    if (c->first != DX_PROJECT_MAX_LOCAL && c->first >= l->n_cand)
+    if (c->first != DX_PROJECT_MAX_LOCAL && (c->first >= l->n_cand || l->behind[c->first]))
         l->edge[l->n_edges++] = (struct dx_local_edge){(uint16_t)k, c->first};
 }
 
@@ -128,13 +138,25 @@ static bool is_filled(const struct dx_local *l, struct dx_flat from, const struc
     return dx_flat_in_sector(a, b, direction);
 }
 
+/* Step 1: what is between consecutive boundary edges of r. */
+static void hide_behind(struct dx_local *l)
+{
+    for (uint32_t k = 0; k < l->n_cand; k++)
+        for (uint32_t i = 0; i < l->n_own && !l->linked[k]; i++)
+            l->behind[k] |= is_filled(l, origin, &l->own[i], l->at[k]);
+    for (uint32_t k = 0; k < l->n_cand; k++)
+        l->hidden[k] = l->behind[k];
+}
+
 static bool add_chains(struct dx_project_run *run)
 {
     struct dx_local *l = &run->local;
 
     for (uint32_t k = 0; k < l->n_cand; k++) {
-        int n = read_chains(run, l->chain + l->n_chains, DX_PROJECT_MAX_CHAINS - l->n_chains,
-                            run->point[l->id[k]].ring);
+        int n = l->behind[k]
+                    ? 0
+                    : read_chains(run, l->chain + l->n_chains, DX_PROJECT_MAX_CHAINS - l->n_chains,
+                                  run->point[l->id[k]].ring);
 
         if (n < 0)
             return false;
@@ -147,20 +169,12 @@ static bool add_chains(struct dx_project_run *run)
     return true;
 }
 
-/* Steps 1 and 2: what is between consecutive boundary edges of r, and what has r between its own.
- */
-static void hide(struct dx_project_run *run)
+/* Step 2: what has r between its own boundary edges. */
+static void hide(struct dx_local *l)
 {
-    struct dx_local *l = &run->local;
-
-    for (uint32_t k = 0; k < l->n_cand; k++) {
-        for (uint32_t i = 0; i < l->n_own && !l->linked[k]; i++)
-            l->hidden[k] |= is_filled(l, origin, &l->own[i], l->at[k]);
-        for (uint32_t i = l->chain_start[k]; i < l->chain_start[k + 1]; i++)
-            if (!l->linked[k])
-                l->hidden[k] |=
-                    is_filled(l, l->at[k], &l->chain[i], dx_flat_minus(origin, l->at[k]));
-    }
+    for (uint32_t k = 0; k < l->n_cand; k++)
+        for (uint32_t i = l->chain_start[k]; i < l->chain_start[k + 1] && !l->linked[k]; i++)
+            l->hidden[k] |= is_filled(l, l->at[k], &l->chain[i], dx_flat_minus(origin, l->at[k]));
 }
 
 static void set_order(struct dx_project_run *run)
@@ -189,9 +203,10 @@ bool dx_project_look(struct dx_project_run *run)
     l->n_own = (uint32_t)n;
     for (uint32_t i = 0; i < l->n_own; i++)
         l->linked[l->own[i].first] = l->linked[l->own[i].last] = true;
+    hide_behind(l);
     if (!add_chains(run))
         return false;
-    hide(run);
+    hide(l);
     set_order(run);
     return true;
 }
