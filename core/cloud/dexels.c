@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define POINTS_A_DEXEL 2
+#define POINTS_A_DEXEL 8
 #define DEXELS_A_TASK  4096
 #define FEW            24 /* points that insertion sorts fastest */
 

@@ -13,8 +13,8 @@ struct dx_dexel_input {
     uint32_t *dexel; /* row * cols + column, DX_DEXEL_NONE: no point */
 };
 
-/* rows, cols and side for c->n points over these extents, steps: two points a dexel, so that a
- * closed surface has about one of each side in it. */
+/* rows, cols and side for c->n points over these extents, steps: some points a dexel, so that a box
+ * of neighbours covers few dexels, in each of which its depths are found by halving. */
 void dx_dexels_size(struct dx_cloud *c, double row_extent, double col_extent);
 
 /* at, index and start; takes out duplicates. Errors: -ENOMEM. */

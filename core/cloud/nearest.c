@@ -3,9 +3,6 @@
 
 #include <stdbool.h>
 
-#define BATCH    64
-#define LONG_RUN 96 /* points of a row's run from which on depths are searched for */
-
 struct query {
     const int32_t *p;
     int32_t radius;
@@ -13,59 +10,54 @@ struct query {
     uint32_t n, max;
 };
 
-/* Most points of the box's dexels are outside of the box, on no side that could be foretold: they
- * are sorted out without a branch. */
+/* The first of ranks `from` to `end`, of one dexel, that is not before this depth. Without
+ * branches: where it is, cannot be foretold. */
+static uint32_t find_depth(const struct dx_cloud *c, uint32_t from, uint32_t end, int32_t depth)
+{
+    uint32_t n = end - from;
+
+    while (n > 1) {
+        const uint32_t half = n / 2;
+
+        from += c->at[from + half - 1][2] < depth ? half : 0;
+        n -= half;
+    }
+    return from + (n == 1 && c->at[from][2] < depth);
+}
+
+static inline int64_t distance2(const int32_t a[3], const int32_t b[3])
+{
+    const int64_t dx = a[0] - b[0], dy = a[1] - b[1], dz = a[2] - b[2];
+
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* Points of one dexel from a depth on. Where there is room for all, all are written, and the next
+ * goes over one that is too far: no branch tells them apart. */
 static void scan(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
 {
     const int64_t r2 = (int64_t)q->radius * q->radius;
-    const uint32_t r = (uint32_t)q->radius, side = 2 * r;
+    const int32_t last = q->p[2] + q->radius;
+    struct dx_near *out = q->out + q->n;
 
-    while (from < end) {
-        const uint32_t stop = end - from < BATCH ? end : from + BATCH;
-        uint32_t inside[BATCH], n = 0;
-
-        for (; from < stop; from++) {
-            const int32_t *at = c->at[from];
-
-            inside[n] = from;
-            n += ((uint32_t)at[0] - (uint32_t)q->p[0] + r <= side) &
-                 ((uint32_t)at[1] - (uint32_t)q->p[1] + r <= side) &
-                 ((uint32_t)at[2] - (uint32_t)q->p[2] + r <= side);
-        }
-        for (uint32_t k = 0; k < n; k++) {
-            const int32_t *at = c->at[inside[k]];
-            const int64_t dx = at[0] - q->p[0], dy = at[1] - q->p[1], dz = at[2] - q->p[2];
-            const int64_t d2 = dx * dx + dy * dy + dz * dz;
+    if (q->n > q->max || end - from > q->max - q->n) {
+        for (; from < end && c->at[from][2] <= last; from++) {
+            const int64_t d2 = distance2(c->at[from], q->p);
 
             if (d2 > r2)
                 continue;
             if (q->n < q->max)
-                q->out[q->n] = (struct dx_near){d2, inside[k]};
+                q->out[q->n] = (struct dx_near){d2, from};
             q->n++;
         }
+        return;
     }
-}
-
-/* The first of ranks `from` to `end`, of one dexel, that is not before this depth. */
-static uint32_t find_depth(const struct dx_cloud *c, uint32_t from, uint32_t end, int64_t depth)
-{
-    while (from < end) {
-        uint32_t middle = from + (end - from) / 2;
-
-        if (c->at[middle][2] < depth)
-            from = middle + 1;
-        else
-            end = middle;
+    for (; from < end && c->at[from][2] <= last; from++) {
+        out->d2 = distance2(c->at[from], q->p);
+        out->rank = from;
+        out += out->d2 <= r2;
     }
-    return from;
-}
-
-static void scan_dexel(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
-{
-    const int64_t low = (int64_t)q->p[2] - q->radius, high = (int64_t)q->p[2] + q->radius;
-
-    from = find_depth(c, from, end, low);
-    scan(q, c, from, find_depth(c, from, end, high + 1));
+    q->n = (uint32_t)(out - q->out);
 }
 
 /* Dexels over [p - radius, p + radius]; false: none. */
@@ -92,13 +84,9 @@ uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t r
         return 0;
     for (uint32_t i = row[0]; i <= row[1]; i++) {
         const uint32_t *start = c->start + (size_t)i * c->cols;
-        const uint32_t from = start[col[0]], end = start[col[1] + 1];
 
-        if (end - from < LONG_RUN)
-            scan(&q, c, from, end);
-        else
-            for (uint32_t j = col[0]; j <= col[1]; j++)
-                scan_dexel(&q, c, start[j], start[j + 1]);
+        for (uint32_t j = col[0]; j <= col[1]; j++)
+            scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - radius), start[j + 1]);
     }
     return q.n;
 }
@@ -131,15 +119,10 @@ struct search {
 /* Of the dexels' ranks `from` to `end`. */
 static void search_run(struct search *s, uint32_t from, uint32_t end)
 {
-    const int32_t *p = s->cloud->at[s->rank];
-
-    for (uint32_t r = from; r < end; r++) {
-        const int32_t *q = s->cloud->at[r];
-        const int64_t dx = q[0] - p[0], dy = q[1] - p[1], dz = q[2] - p[2];
-
+    for (uint32_t r = from; r < end; r++)
         if (r != s->rank)
-            s->n = keep(s->out, s->n, s->k, (struct dx_near){dx * dx + dy * dy + dz * dz, r});
-    }
+            s->n = keep(s->out, s->n, s->k,
+                        (struct dx_near){distance2(s->cloud->at[r], s->cloud->at[s->rank]), r});
 }
 
 /* The frame of dexels at distance `ring` from dexel (i, j); false: it is all outside. */

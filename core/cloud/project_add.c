@@ -39,7 +39,7 @@ static void add_plane_normal(struct dx_project_run *run, const uint32_t v[3])
 static void discover(struct dx_project_run *run, uint32_t v)
 {
     run->state[v] = DX_FRINGE;
-    run->point[v].reach = (float)run->radius;
+    run->point[v].reach = (float)run->reach;
     run->queue[run->tail++] = v;
 }
 

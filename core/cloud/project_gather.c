@@ -1,34 +1,17 @@
 /*
  * Pruning by distance (section 4.1): the box over dexels, then the sphere of influence. The paper's
  * radius, mu times the distance m of the nearest point, collapses where two points nearly meet; so
- * it is at least a share of the distance of the sixth nearest.
+ * it is at least a share of the radius that six points have where they are as dense as around r.
  */
 #include "core/cloud/project_priv.h"
 
 #include <math.h>
 
-#define N_NEAREST  6
-#define AT_LEAST   1.5 /* distances of the sixth nearest */
-#define WIDEST     4   /* of them: to look farther is to guess */
+#define MIN_NEAR   6
+#define ROOM       1.15 /* of the radius of who found r: so far is looked at first */
+#define AT_LEAST   1.5  /* radii of MIN_NEAR points, where they are as dense as here */
+#define WIDEST     4    /* of them: to look farther is to guess */
 #define MANY_STEPS 64
-
-/* Squared distances of the nearest ones, ascending. */
-static uint32_t nearest(int64_t d2[N_NEAREST], const struct dx_near *near, uint32_t n)
-{
-    uint32_t kept = 0;
-
-    for (uint32_t k = 0; k < n; k++) {
-        uint32_t j;
-
-        if (kept == N_NEAREST && near[k].d2 >= d2[N_NEAREST - 1])
-            continue;
-        kept += kept < N_NEAREST;
-        for (j = kept - 1; j > 0 && d2[j - 1] > near[k].d2; j--)
-            d2[j] = d2[j - 1];
-        d2[j] = near[k].d2;
-    }
-    return kept;
-}
 
 /* Points within the radius, without r; how many there are, which may be more than are stored. */
 static uint32_t query(struct dx_project_run *run, double radius)
@@ -47,10 +30,10 @@ static uint32_t query(struct dx_project_run *run, double radius)
     return run->n_near;
 }
 
-/* A radius with at least N_NEAREST points and not too many. */
+/* A radius with at least MIN_NEAR points and not too many. */
 static double find_radius(struct dx_project_run *run, double radius)
 {
-    uint32_t want = run->cloud->n - 1 < N_NEAREST ? run->cloud->n - 1 : N_NEAREST;
+    uint32_t want = run->cloud->n - 1 < MIN_NEAR ? run->cloud->n - 1 : MIN_NEAR;
     double low = 0;
 
     for (int step = 0; step < MANY_STEPS; step++) {
@@ -79,31 +62,35 @@ static void drop_beyond(struct dx_project_run *run, double radius)
     run->n_near = n;
 }
 
+static double nearest(const struct dx_project_run *run)
+{
+    int64_t least = run->near[0].d2;
+
+    for (uint32_t k = 1; k < run->n_near; k++)
+        least = run->near[k].d2 < least ? run->near[k].d2 : least;
+    return sqrt((double)least);
+}
+
 void dx_project_gather(struct dx_project_run *run, double factor)
 {
     const double reach = (double)run->point[run->r].reach;
-    double queried = reach > 0 ? 1.1 * reach : 1.1 * run->config->mu * run->spacing;
-    int64_t d2[N_NEAREST] = {0};
+    double queried = ROOM * (reach > 0 ? factor * reach : run->config->mu * run->spacing);
     double dense, paper;
-    uint32_t n;
 
     queried = find_radius(run, queried < 2 ? 2 : queried);
-    n = nearest(d2, run->near, run->n_near);
-    if (n == 0) {
-        run->radius = run->widest = 0;
+    run->radius = run->widest = 0;
+    if (run->n_near == 0)
         return;
-    }
-    dense = sqrt((double)d2[n - 1]);
-    paper = run->config->mu * sqrt((double)d2[0]);
+    dense = queried * sqrt(MIN_NEAR / (double)run->n_near);
+    paper = run->config->mu * nearest(run);
     run->radius = paper > AT_LEAST * dense ? paper : AT_LEAST * dense;
     run->widest = run->radius > WIDEST * dense ? run->radius : WIDEST * dense;
+    run->reach = run->radius;
     run->radius *= factor;
     run->radius = run->radius < run->widest ? run->radius : run->widest;
     if (run->max_edge > 0 && run->radius > run->max_edge)
         run->radius = run->widest = run->max_edge;
-    if (run->radius > queried && query(run, run->radius) > DX_PROJECT_MAX_NEAR) {
+    if (run->radius > queried) /* nearly enough, or else it is widened */
         run->radius = queried;
-        query(run, queried);
-    }
     drop_beyond(run, run->radius);
 }

@@ -17,7 +17,7 @@ enum dx_project_state { DX_FREE, DX_FRINGE, DX_BOUNDARY, DX_COMPLETED };
 
 struct dx_project_point {
     float normal[3]; /* sum: of planes of reference points around it, or of its triangles */
-    float reach;     /* radius of influence of who found it; 0: unknown */
+    float reach;     /* of who found it; 0: unknown */
     uint32_t ring;
     uint32_t local; /* its place in struct dx_local, if that names it */
 };
@@ -67,6 +67,7 @@ struct dx_project_run {
     uint32_t r;
     double normal[3], u[3], v[3];
     double radius, widest; /* of influence; as far as it may be widened */
+    double reach;          /* the radius, not widened */
     double scale;          /* steps to units of the plane */
     uint32_t n_near;
     struct dx_near near[DX_PROJECT_MAX_NEAR]; /* all states, without r */
