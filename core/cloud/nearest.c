@@ -1,6 +1,7 @@
 /* Points near a point: boxes of dexels, which are runs of ranks by rows, pruned by the sphere. */
 #include "core/cloud/cloud.h"
 
+#include <math.h>
 #include <stdbool.h>
 
 struct query {
@@ -73,18 +74,30 @@ static bool range_of(uint32_t out[2], int32_t p, int32_t radius, int32_t side, u
     return true;
 }
 
+/* How far the sphere reaches along a row of dexels, whose nearest points are `away` from its
+ * centre; rounded up. */
+static int32_t half_chord(int32_t radius, int64_t away)
+{
+    const double r = radius, d = (double)away;
+
+    return away > 0 ? (int32_t)sqrt(r * r - d * d) + 1 : radius;
+}
+
 uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t radius,
                          struct dx_near *out, uint32_t max)
 {
     struct query q = {p, radius, out, 0, max};
     uint32_t row[2], col[2];
 
-    if (c->n == 0 || !range_of(row, p[0], radius, c->side, c->rows) ||
-        !range_of(col, p[1], radius, c->side, c->cols))
+    if (c->n == 0 || !range_of(row, p[0], radius, c->side, c->rows))
         return 0;
     for (uint32_t i = row[0]; i <= row[1]; i++) {
         const uint32_t *start = c->start + (size_t)i * c->cols;
+        const int64_t before = (int64_t)i * c->side - p[0], after = -before - c->side;
 
+        if (!range_of(col, p[1], half_chord(radius, before > after ? before : after), c->side,
+                      c->cols))
+            continue;
         for (uint32_t j = col[0]; j <= col[1]; j++)
             scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - radius), start[j + 1]);
     }

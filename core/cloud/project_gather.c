@@ -9,25 +9,27 @@
 
 #define MIN_NEAR   6
 #define ROOM       1.15 /* of the radius of who found r: so far is looked at first */
-#define AT_LEAST   1.5  /* radii of MIN_NEAR points, where they are as dense as here */
+#define AT_LEAST   1.6  /* radii of MIN_NEAR points, where they are as dense as here */
 #define WIDEST     4    /* of them: to look farther is to guess */
 #define MANY_STEPS 64
+#define FAR        (1 << 30) /* beyond the lattice */
 
 /* Points within the radius, without r; how many there are, which may be more than are stored. */
 static uint32_t query(struct dx_project_run *run, double radius)
 {
     const struct dx_cloud *c = run->cloud;
-    const double far = 1u << 30;
-    uint32_t n = dx_cloud_within(c, c->at[run->r], (int32_t)(radius < far ? radius : far),
-                                 run->near, DX_PROJECT_MAX_NEAR);
+    uint32_t n = dx_cloud_within(c, c->at[run->r], (int32_t)radius, run->near, DX_PROJECT_MAX_NEAR);
 
     run->n_near = 0;
     if (n > DX_PROJECT_MAX_NEAR)
         return n;
     for (uint32_t k = 0; k < n; k++)
-        if (run->near[k].rank != run->r)
-            run->near[run->n_near++] = run->near[k];
-    return run->n_near;
+        if (run->near[k].rank == run->r) {
+            run->near[k] = run->near[--n];
+            break;
+        }
+    run->n_near = n;
+    return n;
 }
 
 /* A radius with at least MIN_NEAR points and not too many. */
@@ -43,7 +45,7 @@ static double find_radius(struct dx_project_run *run, double radius)
             radius = low > 0 ? (low + radius) / 2 : radius / 2;
         } else if (n < want) {
             low = radius;
-            radius *= 1.5;
+            radius = radius < FAR / 1.5 ? 1.5 * radius : FAR;
         } else {
             break;
         }
@@ -53,11 +55,11 @@ static double find_radius(struct dx_project_run *run, double radius)
 
 static void drop_beyond(struct dx_project_run *run, double radius)
 {
-    const double r2 = radius * radius;
+    const int64_t r2 = (int64_t)(radius * radius);
     uint32_t n = 0;
 
     for (uint32_t k = 0; k < run->n_near; k++)
-        if ((double)run->near[k].d2 <= r2)
+        if (run->near[k].d2 <= r2)
             run->near[n++] = run->near[k];
     run->n_near = n;
 }
@@ -77,7 +79,7 @@ void dx_project_gather(struct dx_project_run *run, double factor)
     double queried = ROOM * (reach > 0 ? factor * reach : run->config->mu * run->spacing);
     double dense, paper;
 
-    queried = find_radius(run, queried < 2 ? 2 : queried);
+    queried = find_radius(run, queried < 2 ? 2 : queried > FAR ? FAR : queried);
     run->radius = run->widest = 0;
     if (run->n_near == 0)
         return;
