@@ -5,7 +5,7 @@
 
 #include "core/cloud/angle.h"
 #include "core/cloud/project.h"
-#include "core/cloud/ring.h"
+#include "core/cloud/point_ring.h"
 
 #define DX_PROJECT_MAX_NEAR   1024 /* points in the sphere of influence */
 #define DX_PROJECT_MAX_CAND   64   /* of them that are not completed: the nearest */

@@ -39,10 +39,10 @@ struct dx_surface_points {
     double spacing; /* square root of the area of a point */
 };
 
-const char *dx_surface_name(unsigned surface); /* NULL past the last */
-int dx_surface_from_name(const char *name);           /* or -1 */
-int dx_surface_euler(enum dx_surface surface);        /* characteristic of the surface */
-uint32_t dx_surface_n_rims(enum dx_surface surface);  /* 0: closed */
+const char *dx_surface_name(unsigned surface);       /* NULL past the last */
+int dx_surface_from_name(const char *name);          /* or -1 */
+int dx_surface_euler(enum dx_surface surface);       /* characteristic of the surface */
+uint32_t dx_surface_n_rims(enum dx_surface surface); /* 0: closed */
 
 /* Errors: -EINVAL (surface or n: 64 to 2^27), -ENOMEM. */
 int dx_surface_sample(struct dx_surface_points *out, const struct dx_surface_config *config);

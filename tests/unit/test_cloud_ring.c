@@ -6,7 +6,7 @@
 #include <cmocka.h>
 
 #include "core/base/rng.h"
-#include "core/cloud/ring.h"
+#include "core/cloud/point_ring.h"
 
 #include <string.h>
 

@@ -7,8 +7,8 @@
  * A ring is a handle into one arena; a freed one is used again for the next of its size, so that
  * the arena follows the front and not the mesh.
  */
-#ifndef DX_RING_H
-#define DX_RING_H
+#ifndef DX_POINT_RING_H
+#define DX_POINT_RING_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,11 +1,11 @@
 /* Rings in an arena: a word of count and size class, then the neighbours. */
-#include "core/cloud/ring.h"
+#include "core/cloud/point_ring.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define SMALLEST    8
+#define SMALLEST    8u
 #define CLASS_SHIFT 16
 #define NONE        UINT32_MAX
 
