@@ -9,7 +9,7 @@
 
 #define MIN_NEAR   6
 #define ROOM       1.15 /* of the radius of who found r: so far is looked at first */
-#define AT_LEAST   1.6  /* radii of MIN_NEAR points, where they are as dense as here */
+#define AT_LEAST   1.5  /* radii of MIN_NEAR points, where they are as dense as here */
 #define WIDEST     4    /* of them: to look farther is to guess */
 #define MANY_STEPS 64
 #define FAR        (1 << 30) /* beyond the lattice */

@@ -1,7 +1,7 @@
 /*
  * Small holes that remain are closed, whatever the planes of their points say: the loop of boundary
  * edges around one is cut ear by ear, the roundest first. An ear must look to the side to which its
- * corners look, so that the outer rim of a small patch is not taken for a hole.
+ * corners look in the mean, so that the outer rim of a small patch is not taken for a hole.
  */
 #include "core/cloud/project_priv.h"
 
@@ -93,7 +93,7 @@ static uint32_t trace(const struct dx_project_run *run, uint32_t *rim, uint32_t 
 static double roundness(const struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t c)
 {
     const uint32_t v[3] = {a, b, c};
-    double p[3], q[3], r[3], n[3], area;
+    double p[3], q[3], r[3], n[3], area, towards = 0;
 
     if (!dx_project_fits(run, a, b, c))
         return 0;
@@ -107,9 +107,10 @@ static double roundness(const struct dx_project_run *run, uint32_t a, uint32_t b
 
         for (int k = 0; k < 3; k++)
             of_point[k] = (double)run->point[v[m]].normal[k];
-        if (!(dot(n, of_point) > 0))
-            return 0;
+        towards += dot(n, of_point) / sqrt(dot(of_point, of_point));
     }
+    if (!(towards > 0))
+        return 0;
     return area / (dot(p, p) + dot(q, q) + dot(r, r));
 }
 
