@@ -99,6 +99,8 @@ uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t r
                       c->cols))
             continue;
         for (uint32_t j = col[0]; j <= col[1]; j++)
+            __builtin_prefetch(c->at[start[j]]);
+        for (uint32_t j = col[0]; j <= col[1]; j++)
             scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - radius), start[j + 1]);
     }
     return q.n;

@@ -62,6 +62,10 @@ static void drop_beyond(struct dx_project_run *run, double radius)
         if (run->near[k].d2 <= r2)
             run->near[n++] = run->near[k];
     run->n_near = n;
+    for (uint32_t k = 0; k < n; k++) { /* on its way while the plane is fitted */
+        __builtin_prefetch(&run->point[run->near[k].rank]);
+        __builtin_prefetch(&run->state[run->near[k].rank]);
+    }
 }
 
 static double nearest(const struct dx_project_run *run)
