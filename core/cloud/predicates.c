@@ -10,9 +10,8 @@ bool dx_flat_in_sector(struct dx_flat a, struct dx_flat b, struct dx_flat d)
 
     if (turn > 0)
         return after_a > 0 && before_b > 0;
-    if (turn < 0)
-        return !(after_a <= 0 && before_b <= 0) || (after_a == 0 && dx_flat_dot(a, d) < 0) ||
-               (before_b == 0 && dx_flat_dot(b, d) < 0);
+    if (turn < 0) /* the rest is less than half a turn */
+        return after_a > 0 || before_b > 0;
     if (dx_flat_dot(a, b) < 0) /* half a turn */
         return after_a > 0;
     return after_a != 0 || dx_flat_dot(a, d) < 0;

@@ -219,6 +219,27 @@ static void spacing_is_found(void **state)
     dx_cloud_fini(&c);
 }
 
+/* On a curved surface: its bend is not taken for noise. */
+static void noise_is_found(void **state)
+{
+    static const double noises[] = {0, 0.1, 0.5};
+
+    (void)state;
+    for (size_t k = 0; k < 3; k++) {
+        const struct dx_surface_config config = {DX_SURFACE_TORUS, 20000, 0.3, noises[k], 0, 11};
+        struct dx_surface_points p;
+        struct dx_cloud c;
+        double noise;
+
+        assert_int_equal(dx_surface_sample(&p, &config), 0);
+        assert_int_equal(dx_cloud_init(&c, p.xyz, p.n, NULL, NULL), 0);
+        noise = dx_cloud_noise(&c) * c.step / p.spacing;
+        assert_true(noise > 0.7 * noises[k] && noise < 1.3 * noises[k] + 0.01);
+        dx_cloud_fini(&c);
+        free(p.xyz);
+    }
+}
+
 static void few_points_are_a_cloud(void **state)
 {
     const double xyz[] = {1, 2, 3, 1, 2, 3, NAN, 0, 0, 1, 2, 3};
@@ -255,6 +276,7 @@ int main(void)
         cmocka_unit_test(order_of_input_does_not_matter),
         cmocka_unit_test(neighbours_are_those_of_brute_force),
         cmocka_unit_test(spacing_is_found),
+        cmocka_unit_test(noise_is_found),
         cmocka_unit_test(few_points_are_a_cloud),
     };
 
