@@ -3,11 +3,16 @@
 
 #include <math.h>
 
+/* A completed point has no ring any more, which would take any triangle. */
+static bool fits(const struct dx_project_run *run, uint32_t v, uint32_t a, uint32_t b)
+{
+    return run->state[v] != DX_COMPLETED && dx_ring_fits(&run->rings, run->point[v].ring, a, b);
+}
+
 bool dx_project_fits(const struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t c)
 {
-    return a != b && b != c && c != a && dx_ring_fits(&run->rings, run->point[a].ring, b, c) &&
-           dx_ring_fits(&run->rings, run->point[b].ring, c, a) &&
-           dx_ring_fits(&run->rings, run->point[c].ring, a, b);
+    return a != b && b != c && c != a && fits(run, a, b, c) && fits(run, b, c, a) &&
+           fits(run, c, a, b);
 }
 
 /* The triangle's normal, times its area: slivers, whose normals are noise, count little. */

@@ -118,6 +118,22 @@ static void open_surfaces_keep_their_rims(void **state)
         }
 }
 
+/* The last triangle of a hole may complete its corners, and another ear of the same point must not
+ * be made then. */
+static void holes_in_noise_leave_a_manifold(void **state)
+{
+    const struct dx_surface_config noisy = {DX_SURFACE_RANDOM_BUMPY, 20000, 0, 2, 0, 6};
+    struct dx_project_config config;
+    struct dx_surface_points p;
+
+    (void)state;
+    dx_project_defaults(&config);
+    assert_int_equal(dx_surface_sample(&p, &noisy), 0);
+    assert_true(project(&soup, p.xyz, p.n, &config, NULL).n_loop_triangles > 100);
+    soup_count(&soup, p.n);
+    free(p.xyz);
+}
+
 static void noise_leaves_a_manifold(void **state)
 {
     static const double noises[] = {0.1, 0.4, 1, 3};
@@ -197,6 +213,7 @@ int main(void)
         cmocka_unit_test(the_sphere_is_filled),
         cmocka_unit_test(open_surfaces_keep_their_rims),
         cmocka_unit_test(noise_leaves_a_manifold),
+        cmocka_unit_test(holes_in_noise_leave_a_manifold),
         cmocka_unit_test(all_choices_and_planes_make_manifolds),
         cmocka_unit_test(beta_avoids_sharp_triangles),
     };
