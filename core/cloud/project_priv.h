@@ -3,7 +3,7 @@
 #ifndef DX_PROJECT_PRIV_H
 #define DX_PROJECT_PRIV_H
 
-#include "core/cloud/angle.h"
+#include "core/cloud/flat_order.h"
 #include "core/cloud/project.h"
 #include "core/cloud/point_ring.h"
 

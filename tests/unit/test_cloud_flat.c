@@ -7,7 +7,7 @@
 
 #include "core/base/rng.h"
 #include "core/base/trig.h"
-#include "core/cloud/angle.h"
+#include "core/cloud/flat_order.h"
 #include "core/cloud/sym3.h"
 
 #include <math.h>

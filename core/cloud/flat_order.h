@@ -3,8 +3,8 @@
  * do it: by quadrant, then by sin^2, without trigonometry. Where sin^2 does not tell, the cross
  * product does, exactly; on one ray the nearer comes first, then the lower number.
  */
-#ifndef DX_ANGLE_H
-#define DX_ANGLE_H
+#ifndef DX_FLAT_ORDER_H
+#define DX_FLAT_ORDER_H
 
 #include "core/cloud/predicates.h"
 

@@ -1,5 +1,5 @@
 /* Ordering by angle. */
-#include "core/cloud/angle.h"
+#include "core/cloud/flat_order.h"
 
 #include <stdbool.h>
 
