@@ -45,7 +45,7 @@ NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/row
 NOT_HERE += $(if $(filter 1.%,$(shell pkg-config --modversion libgpiod 2>/dev/null)),drivers/gpio/gpio_libgpiod2.c,drivers/gpio/gpio_libgpiod1.c)
 
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
-CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/wire/*.c))
+CORE_SRC := $(filter-out $(NOT_HERE),$(wildcard core/base/*.c core/rows/*.c core/grid/*.c core/cloud/*.c core/wire/*.c))
 DRIVERS_SRC := $(filter-out $(NOT_HERE),$(wildcard drivers/*.c drivers/*/*.c))
 CLIENT_SRC := $(wildcard client/*.c)
 DAEMON_SRC := $(filter-out daemon/main.c,$(wildcard daemon/*.c))

@@ -2,6 +2,7 @@
 #include "core/wire/wire.h"
 #include "tools/now.h"
 #include "tools/cmd.h"
+#include "tools/mesh_project.h"
 #include "tools/mesh_split.h"
 #include "tools/offline.h"
 #include "tools/out_mesh.h"
@@ -15,7 +16,7 @@ static const char help[] =
     "usage: dexel mesh IN -o OUT.{ply,obj,stl} [OPTIONS]\n"
     "Meshes a scan file (or a frame of a directory or glob of files), or a recording.\n\n"
     "  -o OUT              the mesh; may be left out with --stats\n"
-    "  --mode terrain      how (terrain)\n"
+    "  --mode terrain      how (terrain); of unorganized points: --mode project --help\n"
     "  --frame N           which frame of a sequence, from 0 (the last)\n"
     "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
     "  --threads N         for the tiles (one a processor)\n"
@@ -256,8 +257,11 @@ static int run(const struct args *a)
 int cmd_mesh(int argc, char **argv)
 {
     struct args a;
-    int rc = parse(&a, argc, argv);
+    int rc;
 
+    if (dx_mesh_project_asked(argc, argv))
+        return dx_mesh_project(argc, argv);
+    rc = parse(&a, argc, argv);
     if (rc != 0)
         return rc == DX_ARG_E_HELP ? 0 : 2;
     return run(&a) < 0 ? 1 : 0;

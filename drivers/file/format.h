@@ -54,6 +54,10 @@ struct dx_format {
 
 extern const struct dx_format dx_format_ptx, dx_format_pcd, dx_format_ros;
 
+/* decode() of PCD, for clouds of a single row as well: of any points. */
+int dx_pcd_decode_any(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len,
+                      struct dx_err *err);
+
 /* The format of these first bytes: by content, else by the name. NULL: neither. */
 const struct dx_format *dx_format_find(const uint8_t *bytes, size_t len, const char *path);
 

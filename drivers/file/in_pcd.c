@@ -301,13 +301,13 @@ static void set_pose(double pose[12], const double v[7])
         pose[4 * k + 3] = v[k];
 }
 
-static int pcd_open(struct pcd *s, const uint8_t *bytes, size_t len, struct dx_err *err)
+static int pcd_open(struct pcd *s, const uint8_t *bytes, size_t len, bool any, struct dx_err *err)
 {
     int rc;
 
     s->start = bytes;
     s->c = dx_text_cursor_init(bytes, len, err);
-    rc = dx_pcd_header_read(&s->h, &s->c);
+    rc = any ? dx_pcd_header_read_any(&s->h, &s->c) : dx_pcd_header_read(&s->h, &s->c);
     if (rc == 0)
         rc = find_roles(&s->roles, &s->h, err);
     return rc ? rc : check_len(s);
@@ -334,17 +334,17 @@ static int64_t pcd_block_len(const uint8_t *bytes, size_t len, struct dx_err *er
     dx_text_skip_blank_lines(&c);
     if (c.p == c.end)
         return 0;
-    rc = pcd_open(&s, bytes, len, err);
+    rc = pcd_open(&s, bytes, len, false, err);
     return rc ? rc : (int64_t)len;
 }
 
-static int pcd_decode(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len,
-                      struct dx_err *err)
+static int decode(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len, bool any,
+                  struct dx_err *err)
 {
     static int (*const decoders[])(struct dx_xyz_frame *, const struct pcd *) = {
         decode_ascii, decode_binary, decode_compressed};
     struct pcd s;
-    int rc = pcd_open(&s, bytes, len, err);
+    int rc = pcd_open(&s, bytes, len, any, err);
 
     if (rc)
         return rc;
@@ -356,6 +356,18 @@ static int pcd_decode(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len
     if (rc == 0)
         finish_attr(out, &s.roles);
     return rc;
+}
+
+static int pcd_decode(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len,
+                      struct dx_err *err)
+{
+    return decode(out, bytes, len, false, err);
+}
+
+int dx_pcd_decode_any(struct dx_xyz_frame *out, const uint8_t *bytes, size_t len,
+                      struct dx_err *err)
+{
+    return decode(out, bytes, len, true, err);
 }
 
 const struct dx_format dx_format_pcd = {"PCD", ".pcd", pcd_probe, pcd_block_len, pcd_decode};

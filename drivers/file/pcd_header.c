@@ -18,6 +18,7 @@ struct parse {
     struct dx_text_cursor *c;
     unsigned seen; /* bit of each keyword's place in `keywords` */
     uint64_t points;
+    bool any; /* one row will do */
 };
 
 static bool word_is(const struct dx_text_cursor *c, const char *word)
@@ -96,6 +97,8 @@ static int read_counts(struct parse *s)
 
 static int read_width(struct parse *s)
 {
+    if (s->any)
+        return dx_text_count(s->c, &s->h->width, DX_PLANE_MAX_DEXELS, "a width of 1 to 268435456");
     return dx_text_count(s->c, &s->h->width, DX_PLANE_MAX_SIDE, "a width of 1 to 65535");
 }
 
@@ -226,7 +229,7 @@ static int check(struct parse *s)
                               "line %llu: %u bytes a point, expected at most %u", line, h->stride,
                               MAX_STRIDE);
     }
-    if (h->height < 2)
+    if (h->height < 2 && !s->any)
         return dx_err_set(s->c->err, -EBADMSG,
                           "line %llu: HEIGHT 1, an unorganized cloud, expected rows and columns "
                           "of a range image",
@@ -238,9 +241,9 @@ static int check(struct parse *s)
     return 0;
 }
 
-int dx_pcd_header_read(struct dx_pcd_header *h, struct dx_text_cursor *c)
+static int read_header(struct dx_pcd_header *h, struct dx_text_cursor *c, bool any)
 {
-    struct parse s = {.h = h, .c = c};
+    struct parse s = {.h = h, .c = c, .any = any};
     int k;
 
     *h = (struct dx_pcd_header){.viewpoint = {0, 0, 0, 1, 0, 0, 0}};
@@ -248,6 +251,16 @@ int dx_pcd_header_read(struct dx_pcd_header *h, struct dx_text_cursor *c)
         k = read_line(&s);
     while (k >= 0 && k != DATA);
     return k < 0 ? k : check(&s);
+}
+
+int dx_pcd_header_read(struct dx_pcd_header *h, struct dx_text_cursor *c)
+{
+    return read_header(h, c, false);
+}
+
+int dx_pcd_header_read_any(struct dx_pcd_header *h, struct dx_text_cursor *c)
+{
+    return read_header(h, c, true);
 }
 
 const struct dx_pcd_field *dx_pcd_field_find(const struct dx_pcd_header *h, const char *name)

@@ -34,6 +34,9 @@ struct dx_pcd_header {
  * within bounds. -EBADMSG. */
 int dx_pcd_header_read(struct dx_pcd_header *h, struct dx_text_cursor *c);
 
+/* The same for clouds of a single row as well, of at most DX_PLANE_MAX_DEXELS points. */
+int dx_pcd_header_read_any(struct dx_pcd_header *h, struct dx_text_cursor *c);
+
 /* NULL when there is none. */
 const struct dx_pcd_field *dx_pcd_field_find(const struct dx_pcd_header *h, const char *name);
 

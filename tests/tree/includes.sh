@@ -15,6 +15,7 @@ rule() {
 rule core/base 'core/base/'
 rule core/rows 'core/(base|rows)/'
 rule core/grid 'core/(base|rows|grid)/'
+rule core/cloud 'core/(base|cloud)/'
 rule core/wire 'core/(base|rows|grid|wire)/'
 rule drivers '(core|drivers)/'
 rule client 'client/|core/(wire|base)/|core/grid/(geometry|tile|plane|octahedral).h'

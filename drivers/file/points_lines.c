@@ -1,0 +1,165 @@
+/*
+ * Lines of numbers: x y z and whatever follows. PTS has the number of points in a line before them;
+ * tables have a line of names. Blanks, commas or semicolons separate. "p x y z" and "Vertex i x y
+ * z" are lines of files of range points, "v x y z" of OBJ; other lines of these two are left out.
+ */
+#include "drivers/file/points_priv.h"
+
+#include "drivers/file/text_cursor.h"
+
+#include <errno.h>
+#include <string.h>
+
+static bool is_letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '"';
+}
+
+static bool is_separator(char c)
+{
+    return dx_number_is_blank(c) || c == ',' || c == ';';
+}
+
+static void skip_separators(struct dx_text_cursor *c)
+{
+    while (c->p < c->end && is_separator(*c->p))
+        c->p++;
+}
+
+/* At the word, which blanks or the line end. */
+static bool takes_word(struct dx_text_cursor *c, const char *word)
+{
+    const size_t len = strlen(word);
+
+    if ((size_t)(c->end - c->p) < len || memcmp(c->p, word, len) != 0 ||
+        !dx_text_ends_word(c, c->p + len))
+        return false;
+    c->p += len;
+    return true;
+}
+
+/* The next number of the line; 1: the line has no more. */
+static int take_number(struct dx_text_cursor *c, double *out)
+{
+    const char *q;
+
+    skip_separators(c);
+    if (c->p == c->end || *c->p == '\n')
+        return 1;
+    q = dx_number_parse(c->p, c->end, out);
+    if (!q || (q < c->end && *q != '\n' && !is_separator(*q)))
+        return dx_text_error(c, c->p, "a number");
+    c->p = q;
+    return 0;
+}
+
+/* `n` numbers from here; how many there were, or negative. */
+static int take_numbers(struct dx_text_cursor *c, double *v, int n)
+{
+    for (int k = 0; k < n; k++) {
+        const int rc = take_number(c, &v[k]);
+
+        if (rc)
+            return rc < 0 ? rc : k;
+    }
+    return n;
+}
+
+static int add_point(struct dx_point_list *list, struct dx_text_cursor *c)
+{
+    double p[3];
+    const int n = take_numbers(c, p, 3);
+
+    if (n < 0)
+        return n;
+    if (n < 3)
+        return dx_text_error(c, c->p, "x y z");
+    return dx_point_list_add(list, p, c->err);
+}
+
+/* A line that begins with a letter: a point by its keyword, or a line of names before any point. */
+static int read_keyword(struct dx_point_list *list, struct dx_text_cursor *c, bool *is_range_file)
+{
+    double number;
+
+    if (takes_word(c, "p") || takes_word(c, "v")) {
+        *is_range_file = true;
+        return add_point(list, c);
+    }
+    if (takes_word(c, "Vertex")) {
+        *is_range_file = true;
+        return take_number(c, &number) ? dx_text_error(c, c->p, "a number and x y z")
+                                       : add_point(list, c);
+    }
+    if (list->n == 0 || *is_range_file)
+        return 0;
+    return dx_text_error(c, c->p, "x y z");
+}
+
+/* A line that begins with a number: a point, or the number of them. */
+static int read_numbers(struct dx_point_list *list, struct dx_text_cursor *c, bool *counted)
+{
+    double v[3];
+    const int n = take_numbers(c, v, 3);
+
+    if (n < 0)
+        return n;
+    if (n == 1 && list->n == 0 && !*counted) {
+        *counted = true;
+        return 0;
+    }
+    if (n < 3)
+        return dx_text_error(c, c->p, "x y z");
+    return dx_point_list_add(list, v, c->err);
+}
+
+static bool is_nan(const struct dx_text_cursor *c)
+{
+    double v;
+    const char *q = dx_number_parse(c->p, c->end, &v);
+
+    return q && (q == c->end || *q == '\n' || is_separator(*q));
+}
+
+static int lines_parse(struct dx_point_list *list, const uint8_t *bytes, size_t len,
+                       struct dx_err *err)
+{
+    struct dx_text_cursor c = dx_text_cursor_init(bytes, len, err);
+    bool is_range_file = false, counted = false;
+
+    while (c.p < c.end) {
+        int rc = 0;
+
+        skip_separators(&c);
+        if (c.p < c.end && is_letter(*c.p) && !is_nan(&c))
+            rc = read_keyword(list, &c, &is_range_file);
+        else if (c.p < c.end && *c.p != '\n' && *c.p != '#' && *c.p != '/')
+            rc = read_numbers(list, &c, &counted);
+        if (rc < 0)
+            return rc;
+        dx_text_skip_line(&c);
+    }
+    return 0;
+}
+
+/* Vertices alone: "v x y z". */
+static int obj_parse(struct dx_point_list *list, const uint8_t *bytes, size_t len,
+                     struct dx_err *err)
+{
+    struct dx_text_cursor c = dx_text_cursor_init(bytes, len, err);
+
+    while (c.p < c.end) {
+        skip_separators(&c);
+        if (takes_word(&c, "v")) {
+            const int rc = add_point(list, &c);
+
+            if (rc < 0)
+                return rc;
+        }
+        dx_text_skip_line(&c);
+    }
+    return 0;
+}
+
+const struct dx_points_format dx_points_lines = {NULL, NULL, lines_parse};
+const struct dx_points_format dx_points_obj = {".obj", NULL, obj_parse};

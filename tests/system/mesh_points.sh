@@ -1,0 +1,86 @@
+#!/bin/sh
+# Unorganized points through dexel mesh --mode project: the formats give one mesh, threads do not matter, the mesh's own
+# vertices give it again, wrong use and bad files are refused with words. Real clouds where there are any.
+set -u
+B=$(cd "${B:-build}" && pwd)
+dexel=$B/bin/dexel
+run=$(mktemp -d)
+trap 'rm -rf "$run"' EXIT
+cd "$run" || exit 1
+bad=0
+
+fail() { echo "$*"; bad=1; }
+expect() { # STATUS COMMAND...; output in out and err
+  want=$1
+  shift
+  "$@" >out 2>err
+  got=$?
+  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
+}
+says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
+number() { sed -n 's/.*"'"$1"'": \([-0-9.e+]*\).*/\1/p' out; }
+digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
+project() { expect 0 "$dexel" mesh --mode project "$@" --stats; }
+
+# A sphere of 2000 points, in thousandths so that text and float agree in every reader.
+awk 'BEGIN {for (k = 0; k < 2000; k++) {z = 1 - (2 * k + 1) / 2000; r = sqrt(1 - z * z); a = 2.399963229728653 * k
+  printf "%d %d %d\n", 8192 * r * cos(a), 8192 * r * sin(a), 8192 * z}}' >sphere.xyz
+{ echo 2000; sed 's/$/ 100 1 2 3/' sphere.xyz; } >sphere.pts
+sed 's/^/v /' sphere.xyz >sphere.obj
+gzip -c sphere.xyz >sphere.xyz.gz
+{ printf 'ply\nformat ascii 1.0\nelement vertex 2000\nproperty int x\nproperty int y\nproperty int z\nend_header\n'
+  cat sphere.xyz; } >sphere.ply
+{ printf 'VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE I I I\nCOUNT 1 1 1\nWIDTH 2000\nHEIGHT 1\n'
+  printf 'VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2000\nDATA ascii\n'; cat sphere.xyz; } >sphere.pcd
+
+project sphere.xyz -o mesh.ply
+own=$(digest)
+[ "$(number points) $(number triangles) $(number boundary_edges)" = "2000 3996 0" ] ||
+  fail "a mesh of $(number points) points, $(number triangles) triangles, $(number boundary_edges) boundary edges"
+says 'sphere.xyz: 2000 points; spacing'
+for f in sphere.pts sphere.obj sphere.xyz.gz sphere.ply sphere.pcd mesh.ply; do
+  project $f
+  [ "$(digest)" = "$own" ] || fail "$f gives another mesh"
+done
+for n in 1 2 3 8; do
+  project sphere.xyz --threads $n
+  [ "$(digest)" = "$own" ] || fail "another mesh on $n threads"
+done
+expect 0 "$dexel" mesh sphere.xyz --mode=project -o mesh.stl
+for o in '--choice next' '--choice beta --beta 15' '--plane faces' '--plane axis' '--mu 3 --alpha 150 --loops 0' \
+  '--seed 5 --viewpoint 0,0,20000'; do
+  # shellcheck disable=SC2086 # lists of words
+  project sphere.xyz $o
+  [ "$(number triangles) $(number boundary_edges)" = "3996 0" ] || fail "$o: $(number triangles) triangles"
+done
+
+# Far from the origin the vertices keep their digits: in PLY by doubles.
+awk '{printf "%.2f %.1f %d\n", $1 + 500000000.25, $2 + 5000000000.5, $3}' sphere.xyz >far.xyz
+project far.xyz -o far.ply
+[ "$(number triangles)" = 3996 ] || fail "far away: $(number triangles) triangles"
+project far.ply
+[ "$(number triangles) $(number duplicates)" = "3996 0" ] || fail "far away, read again: $(number triangles) triangles"
+
+# Nothing to mesh is no error; what cannot be read is one.
+: >empty.xyz
+project empty.xyz
+says 'no triangle'
+printf '1 2 3\n4 5 6\nx y z\n' >bad.xyz
+expect 1 "$dexel" mesh --mode project bad.xyz --stats
+says 'bad.xyz: line 3: "x", expected x y z'
+expect 1 "$dexel" mesh --mode project none.xyz --stats
+expect 2 "$dexel" mesh --mode project sphere.xyz
+expect 2 "$dexel" mesh --mode project sphere.xyz --stats --mu 0
+says "--mu: found '0', expected distances from 1 to 100"
+expect 2 "$dexel" mesh --mode project sphere.xyz --stats --viewpoint 1,2
+expect 2 "$dexel" mesh --mode project sphere.xyz --stats --sigma 1
+expect 0 "$dexel" mesh --mode project --help
+
+# Real clouds: manifold, and all but few points in the mesh.
+for f in bunny.orig.m.gz cactus.pts distcap.pts; do
+  [ -e "${DEXEL_DATA:-}/points/$f" ] || continue
+  project "$DEXEL_DATA/points/$f"
+  [ "$(number nonmanifold_edges) $(number duplicate_directed_edges)" = "0 0" ] || fail "$f: not a manifold"
+  [ "$(number isolated)" -lt 20 ] || fail "$f: $(number isolated) points without a triangle"
+done
+exit $bad
