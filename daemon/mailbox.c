@@ -42,6 +42,7 @@ struct dx_mailbox {
     uint8_t attr_bytes;
     bool state_waits;
     enum dx_stream_state state;
+    uint64_t state_order; /* frames before it */
     char reason[DX_WIRE_TEXT];
 };
 
@@ -246,6 +247,7 @@ void dx_mailbox_put_state(struct dx_mailbox *m, enum dx_stream_state state, cons
     if (state == DX_STREAM_ENDED || state == DX_STREAM_GONE || state == DX_STREAM_FAULTED)
         finish_filling(m);
     m->state_waits = true;
+    m->state_order = m->n_frames;
     m->state = state;
     strncpy(m->reason, reason, sizeof(m->reason) - 1);
     pthread_mutex_unlock(&m->lock);
@@ -297,6 +299,15 @@ static void take_columns(struct dx_mailbox *m, struct slot *s, struct dx_mail_it
     item->delivered_ns = s->delivered_ns;
 }
 
+/* Has nothing stayed of the frames before it? Those after it may come without end. */
+static bool state_is_next(const struct dx_mailbox *m)
+{
+    for (int k = 0; k < SLOTS; k++)
+        if (m->slot[k].used && m->slot[k].fresh && m->slot[k].order < m->state_order)
+            return false;
+    return m->state_waits;
+}
+
 enum dx_mail dx_mailbox_take(struct dx_mailbox *m, struct dx_mail_item *item)
 {
     struct slot *s;
@@ -308,14 +319,14 @@ enum dx_mail dx_mailbox_take(struct dx_mailbox *m, struct dx_mail_item *item)
         item->geometry = m->geometry;
         item->attr_bytes = m->attr_bytes;
         m->geometry = NULL;
-    } else if ((s = next_slot(m)) != NULL) {
-        item->kind = DX_MAIL_COLUMNS;
-        take_columns(m, s, item);
-    } else if (m->state_waits) {
+    } else if (state_is_next(m)) {
         item->kind = DX_MAIL_STATE;
         item->state = m->state;
         memcpy(item->reason, m->reason, sizeof(item->reason));
         m->state_waits = false;
+    } else if ((s = next_slot(m)) != NULL) {
+        item->kind = DX_MAIL_COLUMNS;
+        take_columns(m, s, item);
     }
     if (item->kind != DX_MAIL_NONE && item->kind != DX_MAIL_COLUMNS)
         pthread_cond_broadcast(&m->room);

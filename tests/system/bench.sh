@@ -111,7 +111,7 @@ refused() { # TEXT ARGUMENTS...
   expect 2 "$dexel" bench "$@"
   says "$text"
 }
-refused "dexel bench: STAGE: found 'more', expected publish|smooth|codes|f32|q16|delta|copy" more
+refused "dexel bench: found 'more', expected a benchmark (" more
 refused "dexel bench: --size: found '65535x65535', expected at most 67108864 dexels" --size 65535x65535
 refused "dexel bench: --size: found '4x4', expected at least 8x2" --size 4x4
 refused "dexel bench: --size: found '', expected" --size 100x100,

@@ -171,6 +171,30 @@ struct producer {
     uint64_t seed;
 };
 
+/* A mesher that never catches up is told all the same: live, then gone while frames still come. */
+static void states_do_not_wait_for_later_frames(void **state)
+{
+    struct dx_mail_item item;
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, false);
+    put(&r, 0, 0, COLS, true);
+    dx_mailbox_put_state(r.m, DX_STREAM_LIVE, "");
+    expect(&r, 0, COLS, true);
+    put(&r, 1, 0, COLS, true);
+    put(&r, 2, 0, COLS, true);
+    assert_int_equal(dx_mailbox_take(r.m, &item), DX_MAIL_STATE);
+    assert_int_equal(item.state, DX_STREAM_LIVE);
+    dx_mailbox_put_state(r.m, DX_STREAM_GONE, "unplugged");
+    put(&r, 3, 0, COLS, true);
+    expect(&r, 3, COLS, true); /* the newest wins; what was before the state has gone with it */
+    assert_int_equal(dx_mailbox_take(r.m, &item), DX_MAIL_STATE);
+    assert_int_equal(item.state, DX_STREAM_GONE);
+    expect_none(&r);
+    rig_fini(&r);
+}
+
 static void *produce(void *arg)
 {
     struct producer *p = arg;
@@ -270,6 +294,7 @@ int main(void)
         cmocka_unit_test(parts_of_a_frame_add_up),
         cmocka_unit_test(a_frame_without_its_last_part_ends_with_the_next),
         cmocka_unit_test(states_come_after_the_frames_before_them),
+        cmocka_unit_test(states_do_not_wait_for_later_frames),
         cmocka_unit_test(nothing_is_lost_between_threads),
         cmocka_unit_test(close_frees_a_waiting_reader),
     };
