@@ -110,6 +110,10 @@ static int check_record(const struct check *c, uint32_t n)
 
     if (why)
         return fail_stream(c, n, "record.path", why);
+    for (uint32_t k = 0; k < n && *r->path; k++)
+        if (!strcmp(r->path, c->config->streams[k].record.path))
+            return fail_stream(c, n, "record.path",
+                               "found that of another stream, expected its own");
     if (r->keep_mib && (!r->split_mib || r->keep_mib / 2 < r->split_mib))
         return fail_stream(c, n, "record.keep_mib",
                            "expected at least twice split_mib, which may not be 0 then");

@@ -146,7 +146,11 @@ static json_t *step(struct dx_device *player, const json_t *request)
 static json_t *obey(struct dx_device *player, const json_t *request)
 {
     const char *verb = what(request);
+    struct dx_player_status s;
 
+    dx_player_status(player, &s);
+    if (s.ended && strcmp(verb, "status"))
+        return wrong(json_string("the replay has ended, and so has its stream"));
     if (!strcmp(verb, "seek"))
         return seek(player, request);
     if (!strcmp(verb, "rate"))

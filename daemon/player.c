@@ -186,6 +186,12 @@ static int obey(struct dx_device *dev, bool *idle, struct dx_err *err)
     rate = dev->new_rate;
     if (seeks)
         time = log_time_at(dev, dev->seek_s);
+    if (seeks && time < dev->start)
+        time = dev->start;
+    if (seeks && time > dev->end)
+        time = dev->end;
+    if (seeks)
+        dev->status.position_s = (double)(time - dx_playlist_start(dev->list)) * 1e-9;
     dev->wants_seek = dev->new_rate = false;
     dev->pace.rate = dev->status.rate;
     *idle = dev->status.paused && dev->n_steps == 0;

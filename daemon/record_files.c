@@ -10,12 +10,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 #define EXT       ".mcap"
-#define MAX_SAME  9999 /* names of one time */
+#define MAX_SAME  99999999 /* names of one time */
 #define MAX_FOUND 65536
 
 static const char *name_of(const char *pattern)
@@ -61,6 +62,50 @@ static bool stem_of(char stem[PATH_MAX], const char *pattern)
     return true;
 }
 
+static DIR *open_folder(const char *pattern)
+{
+    size_t len = (size_t)(name_of(pattern) - pattern);
+    char path[PATH_MAX];
+
+    if (len >= sizeof(path))
+        return NULL;
+    memcpy(path, pattern, len);
+    path[len] = '\0';
+    return opendir(len ? path : ".");
+}
+
+/* The number in the name of a file of this start; 1: it has none, 0: it is another's. */
+static unsigned number_of(const char *name, const char *start)
+{
+    size_t len = strlen(start);
+    unsigned long n = 1;
+    char *end;
+
+    if (strncmp(name, start, len))
+        return 0;
+    end = (char *)name + len;
+    if (*end == '_' && end[1] >= '0' && end[1] <= '9')
+        n = strtoul(end + 1, &end, 10);
+    return strcmp(end, EXT) || n > MAX_SAME ? 0 : (unsigned)n;
+}
+
+/* The highest number among the files of this start, those that were removed since included. */
+static unsigned last_number(const struct dx_record_files *f, const char *start)
+{
+    unsigned last = strcmp(f->start, start) ? 0 : f->number;
+    const struct dirent *entry;
+    DIR *dir = open_folder(start);
+
+    while (dir && (entry = readdir(dir)) != NULL) {
+        unsigned n = number_of(entry->d_name, name_of(start));
+
+        last = n > last ? n : last;
+    }
+    if (dir)
+        closedir(dir);
+    return last;
+}
+
 int dx_record_files_create(struct dx_record_files *f, uint64_t unix_ns)
 {
     time_t seconds = (time_t)(unix_ns / 1000000000u);
@@ -71,16 +116,20 @@ int dx_record_files_create(struct dx_record_files *f, uint64_t unix_ns)
     if (!stem_of(stem, f->pattern) || !gmtime_r(&seconds, &utc) ||
         strftime(start, sizeof(start), stem, &utc) == 0)
         return -ENAMETOOLONG;
-    for (unsigned n = 1; n <= MAX_SAME; n++) {
+    for (unsigned n = last_number(f, start) + 1; n <= MAX_SAME; n++) {
         if (n == 1)
             snprintf(f->path, sizeof(f->path), "%s" EXT, start);
         else
             snprintf(f->path, sizeof(f->path), "%s_%04u" EXT, start, n);
         f->fd = open(f->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
-        if (f->fd >= 0)
-            return 0;
-        if (errno != EEXIST)
+        if (f->fd < 0 && errno != EEXIST)
             return -errno;
+        if (f->fd < 0)
+            continue;
+        (void)flock(f->fd, LOCK_EX | LOCK_NB); /* see is_written() */
+        strcpy(f->start, start);
+        f->number = n;
+        return 0;
     }
     return -EEXIST;
 }
@@ -158,31 +207,29 @@ static int older_first(const void *a, const void *b)
     return strcmp(x->name, y->name);
 }
 
+/* By this recorder, another stream's or another service's: whoever writes one holds its lock. */
+static bool is_written(const struct folder *d, const char *name)
+{
+    int fd = openat(d->fd, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    bool is_locked = fd >= 0 && flock(fd, LOCK_SH | LOCK_NB) != 0;
+
+    if (fd >= 0)
+        close(fd);
+    return is_locked;
+}
+
 static unsigned remove_oldest(const struct dx_record_files *f, struct folder *d)
 {
-    const char *current = f->fd >= 0 ? name_of(f->path) : "";
     unsigned n_removed = 0;
 
     qsort(d->found, d->n, sizeof(*d->found), older_first);
     for (size_t k = 0; k < d->n && d->len > f->keep_len; k++) {
-        if (!strcmp(d->found[k].name, current) || unlinkat(d->fd, d->found[k].name, 0) != 0)
+        if (is_written(d, d->found[k].name) || unlinkat(d->fd, d->found[k].name, 0) != 0)
             continue;
         d->len -= d->found[k].len;
         n_removed++;
     }
     return n_removed;
-}
-
-static DIR *open_folder(const char *pattern)
-{
-    size_t len = (size_t)(name_of(pattern) - pattern);
-    char path[PATH_MAX];
-
-    if (len >= sizeof(path))
-        return NULL;
-    memcpy(path, pattern, len);
-    path[len] = '\0';
-    return opendir(len ? path : ".");
 }
 
 unsigned dx_record_files_trim(const struct dx_record_files *f)

@@ -95,7 +95,14 @@ void dx_recorder_feed(struct dx_recorder *r, const struct dx_block *block, bool 
         return;
     }
     dx_count(&r->n_dropped, 1);
-    if (!atomic_exchange_explicit(&r->told, true, memory_order_relaxed))
+    if (atomic_exchange_explicit(&r->told, true, memory_order_relaxed))
+        return;
+    if (block->len > r->config.ring_len)
+        dx_log_warning("recorder",
+                       "%s: a block of %zu bytes is lost, and all like it: longer than "
+                       "buffer_mib",
+                       r->config.name, block->len);
+    else
         dx_log_warning("recorder", "%s: blocks are lost: the disk takes them too slowly",
                        r->config.name);
 }
@@ -164,8 +171,9 @@ static void tell_recovery(struct dx_recorder *r)
 
     if (!atomic_load_explicit(&r->told, memory_order_relaxed) && !error)
         return;
-    dx_log_info("recorder", "%s: recording goes on, %llu blocks were lost", r->config.name,
-                (unsigned long long)(n - r->lost_before));
+    if (r->opening != DX_OPEN_NOT)
+        dx_log_info("recorder", "%s: recording goes on, %llu blocks were lost", r->config.name,
+                    (unsigned long long)(n - r->lost_before));
     r->lost_before = n;
     atomic_store_explicit(&r->told, false, memory_order_relaxed);
 }
@@ -217,6 +225,10 @@ static void wind_up(struct dx_recorder *r)
         rc = dx_recorder_finish_file(r);
     if (rc == 0)
         return;
+    if (r->opening == DX_OPEN_NOT) { /* there has never been one */
+        dx_log_error("recorder", "%s: nothing is recorded: %s", r->config.name, strerror(-rc));
+        return;
+    }
     dx_log_error("recorder", "%s: %s is left without its end: %s", r->config.name, r->path,
                  strerror(-rc));
     (void)dx_mcap_writer_recover(r->writer);

@@ -15,6 +15,7 @@
 struct span {
     uint64_t start, end; /* log times */
     bool is_empty;
+    bool damage_told;
 };
 
 struct dx_playlist {
@@ -219,7 +220,8 @@ static int look_at(struct dx_playlist *p, size_t k, struct dx_err *err)
     dx_mcap_reader_info(p->reader, &info);
     if (is_stillborn(p, &info))
         return 1;
-    p->spans[k] = (struct span){info.start, info.end, info.n_messages == 0};
+    p->spans[k] =
+        (struct span){.start = info.start, .end = info.end, .is_empty = info.n_messages == 0};
     return take_config(p, err);
 }
 
@@ -247,6 +249,27 @@ static int look_at_all(struct dx_playlist *p, struct dx_err *err)
     return 0;
 }
 
+/* By the times in them, whatever their names: names need not sort as times do. An empty file goes
+ * with the one before it. */
+static void sort_by_time(struct dx_playlist *p)
+{
+    for (size_t k = 1; k < p->list.n; k++)
+        if (p->spans[k].is_empty)
+            p->spans[k].start = p->spans[k].end = p->spans[k - 1].end;
+    for (size_t k = 1; k < p->list.n; k++) {
+        struct span span = p->spans[k];
+        char *path = p->list.paths[k];
+        size_t i = k;
+
+        for (; i > 0 && p->spans[i - 1].start > span.start; i--) {
+            p->spans[i] = p->spans[i - 1];
+            p->list.paths[i] = p->list.paths[i - 1];
+        }
+        p->spans[i] = span;
+        p->list.paths[i] = path;
+    }
+}
+
 int dx_playlist_new(struct dx_playlist **out, const char *path, void (*tell)(const char *text),
                     struct dx_err *err)
 {
@@ -265,6 +288,8 @@ int dx_playlist_new(struct dx_playlist **out, const char *path, void (*tell)(con
     }
     if (rc == 0)
         rc = look_at_all(p, err);
+    if (rc == 0)
+        sort_by_time(p);
     if (rc == 0)
         rc = open_file(p, 0, err);
     if (rc) {
@@ -308,10 +333,12 @@ uint64_t dx_playlist_start(const struct dx_playlist *p)
 
 uint64_t dx_playlist_end(const struct dx_playlist *p)
 {
-    for (size_t k = p->list.n; k-- > 0;)
-        if (!p->spans[k].is_empty)
-            return p->spans[k].end;
-    return 0;
+    uint64_t end = 0;
+
+    for (size_t k = 0; k < p->list.n; k++)
+        if (!p->spans[k].is_empty && p->spans[k].end > end)
+            end = p->spans[k].end;
+    return end;
 }
 
 /* ---- blocks ----------------------------------------------------------------------------------
@@ -384,14 +411,16 @@ static void give(struct dx_playlist *p, struct dx_playlist_block *out, uint64_t 
 }
 
 /* Of the open file. */
-static void tell_damage(const struct dx_playlist *p)
+/* Once, however often it is played. */
+static void tell_damage(struct dx_playlist *p)
 {
     uint64_t n = dx_mcap_reader_damages(p->reader);
     const struct dx_mcap_damage *first = dx_mcap_reader_damage(p->reader, 0);
 
-    if (n && first)
+    if (n && first && !p->spans[p->file].damage_told)
         report(p, "%s: damaged in %llu places, first at byte %llu: %s", p->list.paths[p->file],
                (unsigned long long)n, (unsigned long long)first->offset, first->text);
+    p->spans[p->file].damage_told |= n > 0;
 }
 
 /* The file has no more messages. 0: the next one is open. */

@@ -419,6 +419,35 @@ static void passes_over_what_a_kill_has_left(void **state)
     remove_folder(folder);
 }
 
+/* Rotation and people name files as they like: the times in them tell their order. */
+static void plays_in_the_order_of_time(void **state)
+{
+    char *folder = make_folder(), *all = path_in(folder, "*.mcap");
+    char *third = path_in(folder, "r_0003.mcap");
+    char *moved = path_in(folder, "a.mcap");
+    struct dx_player_status s;
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    record(folder, "r.mcap", YAML(5), 1500000000u);
+    assert_int_equal(rename(third, moved), 0); /* now the first by name */
+    dev = open_player(all, false, 0);
+    dx_player_status(dev, &s);
+    assert_true(s.length_s > 4.9 && s.length_s < 5);
+    for (uint64_t n = 0; n < FRAMES; n++) {
+        assert_int_equal(play(dev, &k), 0);
+        assert_int_equal(k.part.frame, n);
+        expect_frame(&k, n);
+    }
+    dx_player_driver.close(dev);
+    kept_fini(&k);
+    free(all);
+    free(third);
+    free(moved);
+    remove_folder(folder);
+}
+
 static void refuses_what_is_no_recording(void **state)
 {
     char *folder = make_folder(), *all = path_in(folder, "*.mcap"), *b = path_in(folder, "b.mcap");
@@ -450,6 +479,7 @@ int main(void)
         cmocka_unit_test(pauses_and_steps),
         cmocka_unit_test(plays_what_is_left),
         cmocka_unit_test(passes_over_what_a_kill_has_left),
+        cmocka_unit_test(plays_in_the_order_of_time),
         cmocka_unit_test(refuses_what_is_no_recording),
     };
 

@@ -87,15 +87,63 @@ static void removes_the_oldest(void **state)
     assert_int_equal(dx_record_files_create(&f, WHEN), 0);
     assert_int_equal(ftruncate(f.fd, 1200), 0);
     assert_int_equal(dx_record_files_trim(&f), 2);
-    assert_true(is_there(folder, "r-20231114T221320.mcap"));
+    assert_true(is_there(folder, "r-20231114T221320_0004.mcap"));
     assert_true(is_there(folder, "r-20231114T221321.mcap"));
     assert_false(is_there(folder, "r-20231114T221320_0002.mcap"));
     assert_int_equal(ftruncate(f.fd, 9000), 0);
     assert_int_equal(dx_record_files_trim(&f), 1); /* too long by itself: it stays */
-    assert_true(is_there(folder, "r-20231114T221320.mcap"));
+    assert_true(is_there(folder, "r-20231114T221320_0004.mcap"));
     for (size_t k = 0; k < 4; k++)
         assert_true(is_there(folder, others[k]));
     dx_record_files_close(&f);
+    free(pattern);
+    remove_folder(folder);
+}
+
+/* What was removed does not give its number away: the order of names is that of the files. */
+static void numbers_only_grow(void **state)
+{
+    char *folder = make_folder(), *pattern = path_in(folder, "r-%Y.mcap");
+    struct dx_record_files f;
+    char name[32];
+
+    (void)state;
+    dx_record_files_init(&f, pattern, 1500);
+    for (unsigned n = 1; n <= 6; n++) {
+        assert_int_equal(dx_record_files_create(&f, WHEN), 0);
+        assert_int_equal(ftruncate(f.fd, 1000), 0);
+        assert_int_equal(dx_record_files_trim(&f), n > 1);
+        snprintf(name, sizeof(name), n == 1 ? "r-2023.mcap" : "r-2023_%04u.mcap", n);
+        assert_true(is_there(folder, name));
+    }
+    dx_record_files_close(&f);
+    assert_int_equal(unlink(f.path), 0); /* the last one, too */
+    assert_int_equal(dx_record_files_create(&f, WHEN), 0);
+    assert_true(is_there(folder, "r-2023_0007.mcap"));
+    dx_record_files_close(&f);
+    free(pattern);
+    remove_folder(folder);
+}
+
+/* Of two recorders in one place neither removes what the other writes. */
+static void spares_what_another_writes(void **state)
+{
+    char *folder = make_folder(), *pattern = path_in(folder, "r.mcap");
+    struct dx_record_files a, b;
+
+    (void)state;
+    dx_record_files_init(&a, pattern, 100);
+    dx_record_files_init(&b, pattern, 100);
+    assert_int_equal(dx_record_files_create(&a, WHEN), 0);
+    assert_int_equal(dx_record_files_create(&b, WHEN), 0);
+    assert_int_equal(ftruncate(a.fd, 1000), 0);
+    assert_int_equal(ftruncate(b.fd, 1000), 0);
+    assert_int_equal(dx_record_files_trim(&b), 0);
+    dx_record_files_close(&a);
+    assert_int_equal(dx_record_files_trim(&b), 1);
+    assert_false(is_there(folder, "r.mcap"));
+    assert_true(is_there(folder, "r_0002.mcap"));
+    dx_record_files_close(&b);
     free(pattern);
     remove_folder(folder);
 }
@@ -106,6 +154,8 @@ int main(void)
         cmocka_unit_test(checks_patterns),
         cmocka_unit_test(names_files_by_time),
         cmocka_unit_test(removes_the_oldest),
+        cmocka_unit_test(numbers_only_grow),
+        cmocka_unit_test(spares_what_another_writes),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -123,6 +123,25 @@ static void waits_for_its_folder(void **state)
     disk_free(&d);
 }
 
+/* No file was ever made, and none can be at the end: nothing to close, and it comes back. */
+static void ends_without_a_folder(void **state)
+{
+    struct disk d = {.create_error = -ENOENT};
+    struct dx_recorder_config c = recorder_config(&d);
+    struct dx_recorder *r = new_recorder(&c);
+    struct dx_recorder_status s;
+
+    (void)state;
+    feed(r, 0, 100, true);
+    dx_recorder_stop(r, true);
+    dx_recorder_run(r);
+    dx_recorder_status(r, &s);
+    assert_int_equal(s.n_files, 0);
+    assert_int_equal(s.error, -ENOENT);
+    dx_recorder_free(r);
+    disk_free(&d);
+}
+
 /* A chunk is closed a second after it was opened, though nothing follows. */
 static void closes_chunks_in_time(void **state)
 {
@@ -374,6 +393,7 @@ int main(void)
         cmocka_unit_test(outlives_a_full_disk),
         cmocka_unit_test(outlives_a_stalled_disk),
         cmocka_unit_test(waits_for_its_folder),
+        cmocka_unit_test(ends_without_a_folder),
         cmocka_unit_test(closes_chunks_in_time),
         cmocka_unit_test(rotates_without_loss),
         cmocka_unit_test(rotates_in_the_middle_of_a_frame),
