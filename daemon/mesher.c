@@ -388,10 +388,12 @@ static bool take_mail(struct dx_mesher *m)
             commit_mesh(m);
         break;
     case DX_MAIL_STATE:
-        if (m->terrain && mail.state != DX_STREAM_LIVE)
-            dx_terrain_forget(m->terrain); /* what comes after the interruption is seen anew */
-        commit_mesh(m);
-        send_epoch(m);
+        if (mail.state != DX_STREAM_LIVE) { /* that one comes in the middle of a frame */
+            if (m->terrain)
+                dx_terrain_forget(m->terrain); /* what comes after the interruption is seen anew */
+            commit_mesh(m);
+            send_epoch(m);
+        }
         if (m->terrain || mail.state != DX_STREAM_LIVE) /* nothing is live without a mesh */
             dx_feed_state(m->feed, mail.state, mail.reason);
         break;
