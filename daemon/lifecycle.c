@@ -36,10 +36,15 @@ enum dx_life_step dx_life_step(struct dx_life *l, uint64_t now_ns)
     return DX_LIFE_OPEN;
 }
 
+void dx_life_expect(struct dx_life *l, uint64_t silence_ns)
+{
+    l->silence_ns = silence_ns ? silence_ns : SECOND_NS;
+}
+
 void dx_life_opened(struct dx_life *l, uint64_t silence_ns, uint64_t now_ns)
 {
     l->is_open = l->was_there = true;
-    l->silence_ns = silence_ns ? silence_ns : SECOND_NS;
+    dx_life_expect(l, silence_ns);
     l->heard_ns = now_ns;
     go(l, DX_LIFE_OPENING, now_ns);
 }

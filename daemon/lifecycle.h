@@ -60,6 +60,8 @@ void dx_life_init(struct dx_life *l, uint64_t now_ns);
 enum dx_life_step dx_life_step(struct dx_life *l, uint64_t now_ns);
 /* It is open; counts as stalled after `silence_ns` without a block (0: one second). */
 void dx_life_opened(struct dx_life *l, uint64_t silence_ns, uint64_t now_ns);
+/* Another silence from now on: the device has told its rate. */
+void dx_life_expect(struct dx_life *l, uint64_t silence_ns);
 void dx_life_tell(struct dx_life *l, enum dx_life_event event, uint64_t now_ns);
 
 const char *dx_life_state_name(enum dx_life_state state);

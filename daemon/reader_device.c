@@ -366,6 +366,11 @@ static void take_block(struct dx_reader_device *d, struct dx_block *block, uint6
     block->number = d->n_blocks++;
     block->first = !d->any_block;
     d->any_block = true;
+    if (block->first) { /* now it knows who it is, and how fast */
+        ask_health(d);
+        know_unit(d);
+    }
+    dx_life_expect(&d->life, d->driver->silence_ns(d->device));
     dx_reader_rig_stamp(d->rig, d->driver, d->device, &d->n_lost_before, block);
     tell(d, DX_LIFE_BLOCK, now);
 }

@@ -14,7 +14,7 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
-#define JOIN_NS 300000000u /* for readers to come back from a decode */
+#define JOIN_NS 700000000u /* for readers to come back from a decode, or from stopping a device */
 
 struct service {
     struct dx_pool *pool;
@@ -147,6 +147,7 @@ int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *
     }
     if (take_down(&s))
         return r;
-    dx_log_warning("service", "a reader is still in a decode: not waited for");
+    dx_log_warning("service",
+                   "a reader is still in a decode, or waits for its device: not waited for");
     return r < 0 ? r : DX_SERVICE_E_LEFT;
 }

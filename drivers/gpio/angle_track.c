@@ -120,8 +120,11 @@ size_t dx_angle_track_points(const struct dx_angle_track *t, uint64_t from_ns, u
     for (size_t k = 0; k < room; k++) {
         const struct dx_track_point *e = edge_at(t, first + n_edges * k / room);
 
-        if (e->host_ns < until_ns)
-            out[n++] = *e;
+        if (e->host_ns >= until_ns || e->host_ns <= from_ns)
+            continue;
+        if (n > 1 && out[n - 1].host_ns == e->host_ns)
+            n--; /* of edges at one instant the last */
+        out[n++] = *e;
     }
     out[n++] = dx_angle_track_at(t, until_ns);
     return n;

@@ -21,6 +21,7 @@
 #define IN_LEN     4096
 #define READ_MS    100           /* most that read() waits */
 #define SILENCE_NS 2000000000ull /* of a scanner whose speed is not known yet */
+#define STOP_NS    (600 * MS)    /* whatever a scanner answers to QT, or not */
 #define MS         1000000u
 
 struct dx_device {
@@ -258,6 +259,7 @@ static int step(struct dx_device *dev, uint64_t until_ns, struct dx_err *err)
 static void hokuyo_stop(struct dx_device *dev)
 {
     struct dx_scip_session *s = &dev->session;
+    uint64_t due = dx_pace_now() + STOP_NS;
     struct dx_err err;
     int r = 0;
 
@@ -265,7 +267,7 @@ static void hokuyo_stop(struct dx_device *dev)
         return;
     dev->started = false;
     dx_scip_session_stop(s, dx_pace_now());
-    while (r == 0 && s->state != DX_SCIP_STOPPED) {
+    while (r == 0 && s->state != DX_SCIP_STOPPED && dx_pace_now() < due) {
         r = step(dev, s->deadline_ns, &err);
         r = r == DX_DRIVER_E_AGAIN ? 0 : r;
         while (feed(dev) == 0)

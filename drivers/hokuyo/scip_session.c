@@ -121,6 +121,8 @@ static unsigned status_number(uint16_t status)
 /* A status that means the same in every state. True: it has been dealt with. */
 static bool handle_fault(struct dx_scip_session *s, uint16_t status, uint64_t now_ns)
 {
+    if (s->state == DX_SCIP_STOPPING) /* whatever it says: nothing is begun anew */
+        return false;
     if (status == DX_SCIP_STATUS('0', 'L')) {
         if (s->state != DX_SCIP_REBOOT_1 && s->state != DX_SCIP_REBOOT_2) {
             set_trouble(s, "abnormal state (0L): rebooting");
@@ -129,8 +131,7 @@ static bool handle_fault(struct dx_scip_session *s, uint16_t status, uint64_t no
         return true;
     }
     if (!is_digits(status) || status_number(status) < 50 || status_number(status) > 97 ||
-        s->state == DX_SCIP_FAULT_QT || s->state == DX_SCIP_FAULT_RS ||
-        s->state == DX_SCIP_STOPPING)
+        s->state == DX_SCIP_FAULT_QT || s->state == DX_SCIP_FAULT_RS)
         return false;
     set_trouble(s, "hardware fault: status %02u", status_number(status));
     dx_scip_enter(s, DX_SCIP_FAULT_QT, now_ns);
@@ -199,7 +200,8 @@ static void handle_answer(struct dx_scip_session *s, uint16_t status, struct dx_
     bool ok = status == DX_SCIP_STATUS('0', '0');
 
     s->n_silent = 0;
-    if (status == DX_SCIP_STATUS('0', 'B')) { /* the same command is at work: wait for it */
+    if (status == DX_SCIP_STATUS('0', 'B') &&
+        s->state != DX_SCIP_STOPPING) { /* the same command is at work: wait for it */
         s->deadline_ns = now_ns + DX_SCIP_S / 10;
         return;
     }
@@ -270,9 +272,14 @@ static void count_lost(struct dx_scip_session *s, uint64_t device_ns)
     double between = (double)(device_ns - s->last_device_ns) /
                      (dx_scip_period_ns(&s->params) * (s->request.skip + 1));
 
-    if (s->n_since_start++ > 0 && device_ns > s->last_device_ns && between > 1.5)
-        s->counts.n_lost += (uint64_t)(between - 0.5);
+    uint64_t n_bad = s->counts.n_bad - s->n_bad_before, n_between;
+
+    if (s->n_since_start++ > 0 && device_ns > s->last_device_ns && between > 1.5) {
+        n_between = (uint64_t)(between - 0.5);
+        s->counts.n_lost += n_between > n_bad ? n_between - n_bad : 0;
+    }
     s->last_device_ns = device_ns;
+    s->n_bad_before = s->counts.n_bad;
 }
 
 static void handle_scan(struct dx_scip_session *s, struct dx_scip_scan *scan, uint64_t now_ns)

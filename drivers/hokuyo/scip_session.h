@@ -94,6 +94,7 @@ struct dx_scip_session {
     bool suspended;   /* 21-49 until 98 */
     uint64_t run_from_ns;
     uint64_t last_device_ns;
+    uint64_t n_bad_before;  /* counts.n_bad at that scan */
     uint32_t n_since_start; /* scans */
 
     bool scan_ready;

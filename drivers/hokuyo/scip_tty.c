@@ -1,6 +1,8 @@
 /* A scanner on a tty: the kernel's CDC-ACM driver, or a serial line. */
 #include "drivers/hokuyo/scip_link.h"
 
+#include "drivers/udev.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
@@ -55,10 +57,10 @@ int dx_scip_link_open_tty(struct dx_scip_link **out, const char *path, uint32_t 
                           "or 500000",
                           path, baud);
     fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0 && (errno == ENOENT || errno == ENXIO || errno == ENODEV))
+        return dx_err_set(err, DX_DRIVER_E_GONE, "%s: %s", path, strerror(errno));
     if (fd < 0)
-        return dx_err_set(
-            err, errno == ENOENT || errno == ENXIO || errno == ENODEV ? DX_DRIVER_E_GONE : -errno,
-            "%s: %s", path, strerror(errno));
+        return dx_udev_refused(err, -errno, path);
     r = set_up(fd, speed);
     if (r) {
         close(fd);
