@@ -2,6 +2,9 @@
 #include "tools/source.h"
 
 #include "daemon/config.h"
+#include "drivers/file/cloud_bag.h"
+#include "drivers/file/file_list.h"
+#include "drivers/file/format.h"
 #include "drivers/file/playlist.h"
 
 #include <errno.h>
@@ -14,6 +17,20 @@ const struct dx_driver *dx_source_driver(const char *path)
     return dx_playlist_wants(path) ? &dx_recorded_driver : &dx_file_driver;
 }
 
+/* No file is MCAP; false also when there are none, which opening them tells. */
+static bool is_all_scans(const char *path)
+{
+    struct dx_file_list list;
+    bool is = true;
+
+    if (dx_file_list_init(&list, path, NULL) != 0)
+        return false;
+    for (size_t k = 0; k < list.n && is; k++)
+        is = !dx_cloud_bag_probe(list.paths[k]) && !dx_format_has_ext(list.paths[k], ".mcap");
+    dx_file_list_fini(&list);
+    return is;
+}
+
 int dx_source_check(const struct dx_file_config *c, const char *command)
 {
     const char *option = c->fit.unit_m > 0  ? "a unit"
@@ -23,11 +40,17 @@ int dx_source_check(const struct dx_file_config *c, const char *command)
                          : c->topic         ? "--topic"
                                             : NULL;
 
-    if (!option || !dx_playlist_wants(c->path))
-        return 0;
-    fprintf(stderr, "%s: found %s for the recording '%s', expected none: it has its own\n", command,
-            option, c->path);
-    return -EINVAL;
+    if (option && dx_playlist_wants(c->path)) {
+        fprintf(stderr, "%s: found %s for the recording '%s', expected none: it has its own\n",
+                command, option, c->path);
+        return -EINVAL;
+    }
+    if (c->topic && is_all_scans(c->path)) {
+        fprintf(stderr, "%s: --topic: found '%s' for the scans '%s', expected clouds in MCAP\n",
+                command, c->topic, c->path);
+        return -EINVAL;
+    }
+    return 0;
 }
 
 uint64_t dx_source_time(const struct dx_driver *driver, const struct dx_block *block)
