@@ -85,6 +85,7 @@ static void tell_geometry(json_t *out, const struct tally *t, const struct dx_fi
     json_object_set_new(out, "width", json_integer(t->g->width));
     json_object_set_new(out, "height", json_integer(t->g->height));
     json_object_set_new(out, "seam_closed", json_boolean(t->g->wrap));
+    json_object_set_new(out, "exact_points", json_boolean(t->g->exact));
     json_object_set_new(out, "unit_m", json_real((double)t->g->unit_m));
     json_object_set_new(out, "attribute_bytes", json_integer(t->attr_bytes));
     json_object_set_new(out, "geometries", json_integer((json_int_t)t->n_geometries));
@@ -98,7 +99,9 @@ static void tell_geometry(json_t *out, const struct tally *t, const struct dx_fi
 
 int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err *err)
 {
-    const struct dx_file_config config = {.path = path, .attr_bytes = -1, .fit.seam = -1};
+    /* they are counted: the order says nothing, and the file's is read in one go */
+    const struct dx_file_config config = {
+        .path = path, .attr_bytes = -1, .fit.seam = -1, .any_order = true};
     const struct dx_driver *driver = dx_source_driver(path);
     struct tally t = {.err = err};
     struct dx_device *dev;

@@ -66,7 +66,8 @@ struct dx_mcap_reader {
 
     struct dx_mcap_view view;
     struct dx_mcap_slot slots[DX_MCAP_N_SLOTS];
-    uint64_t clock; /* of slot use */
+    uint64_t clock;   /* of slot use */
+    uint64_t n_loads; /* of parts that were in no slot */
     struct dx_mcap_unpacker *unpacker;
     struct dx_err why; /* of the last failed load */
 
