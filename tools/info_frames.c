@@ -97,12 +97,12 @@ static void tell_geometry(json_t *out, const struct tally *t, const struct dx_fi
                         json_real(t->n_dexels ? (double)t->n_valid / (double)t->n_dexels : 0));
 }
 
-int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err *err)
+int dx_info_frames(json_t *out, json_t *damage, const struct dx_driver *driver, const char *path,
+                   struct dx_err *err)
 {
     /* they are counted: the order says nothing, and the file's is read in one go */
     const struct dx_file_config config = {
         .path = path, .attr_bytes = -1, .fit.seam = -1, .any_order = true};
-    const struct dx_driver *driver = dx_source_driver(path);
     struct tally t = {.err = err};
     struct dx_device *dev;
     int rc = driver->open(&dev, &config, err);
@@ -120,4 +120,24 @@ int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err 
     dx_plane_fini(&t.plane);
     dx_geometry_unref(t.g);
     return rc;
+}
+
+/* Of clouds of another program what cannot be decoded says nothing against the file. */
+bool dx_info_decode(json_t *out, const struct dx_driver *driver, const char *path)
+{
+    json_t *damage;
+    struct dx_err err = {""};
+    int rc;
+
+    if (!driver)
+        return true;
+    damage = json_array();
+    rc = dx_info_frames(out, damage, driver, path, &err);
+    if (rc < 0)
+        json_object_set_new(out, "not_decoded",
+                            json_string(err.text[0] ? err.text : strerror(-rc)));
+    else if (json_array_size(damage))
+        json_object_set(out, "not_decoded", json_object_get(json_array_get(damage, 0), "text"));
+    json_decref(damage);
+    return rc >= 0 || driver != &dx_recorded_driver;
 }

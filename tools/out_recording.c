@@ -130,7 +130,7 @@ int dx_out_recording_copy_gaps(struct dx_out_recording *o, const char *path, str
         struct dx_mcap_file file;
 
         /* one that is no recording was passed over for its blocks, too */
-        if (dx_mcap_file_open(&file, list.paths[k], false, NULL) < 0)
+        if (dx_mcap_file_open(&file, list.paths[k], NULL, NULL) < 0)
             continue;
         rc = failed(o, copy_gaps(o, file.reader), err);
         dx_mcap_file_close(&file);

@@ -6,6 +6,8 @@
 #include "drivers/file/file_list.h"
 #include "drivers/file/format.h"
 #include "drivers/file/playlist.h"
+#include "drivers/file/ros_cloud.h"
+#include "tools/mcap_open.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -105,6 +107,42 @@ static int open_decoder(struct dx_device *dev, struct dx_err *err)
     return dev->driver->open_decoder(&dev->decoder, &dev->config.streams[0].source, err);
 }
 
+/* No scan is among the recordings: the first file has decided that they are some. */
+static int check_alike(const char *path, struct dx_err *err)
+{
+    struct dx_file_list list;
+    int rc = dx_file_list_init(&list, path, err);
+
+    if (rc)
+        return rc;
+    for (size_t k = 0; k < list.n && rc == 0; k++)
+        if (dx_format_knows_name(list.paths[k]) && !dx_format_has_ext(list.paths[k], ".mcap") &&
+            !dx_cloud_bag_probe(list.paths[k]))
+            rc = dx_err_set(err, -EBADMSG,
+                            "%s: a scan among recordings, expected either in a folder",
+                            list.paths[k]);
+    dx_file_list_fini(&list);
+    return rc;
+}
+
+/* A whole MCAP file of another program that has no clouds: what it is, in place of what it is not.
+ */
+static void explain(const char *path, struct dx_err *err)
+{
+    struct dx_mcap_file file;
+
+    if (dx_mcap_file_open(&file, path, NULL, NULL) < 0)
+        return;
+    if (dx_mcap_reader_damages(file.reader) == 0 &&
+        !dx_mcap_reader_topic(file.reader, DX_RECORDING_TOPIC) &&
+        !dx_cloud_bag_has_clouds(file.reader))
+        dx_err_set(err, 0,
+                   "%s: neither a recording of dexeld nor clouds (" DX_ROS_CLOUD_NAME
+                   " in CDR) are in it",
+                   path);
+    dx_mcap_file_close(&file);
+}
+
 static int recorded_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
@@ -113,7 +151,12 @@ static int recorded_open(struct dx_device **out, const void *config, struct dx_e
 
     if (!dev)
         return dx_err_set(err, -ENOMEM, "%s: no memory", c->path);
-    rc = dx_playlist_new(&dev->list, c->path, tell, err);
+    rc = check_alike(c->path, err);
+    if (rc == 0) {
+        rc = dx_playlist_new(&dev->list, c->path, tell, err);
+        if (rc == -EBADMSG)
+            explain(c->path, err);
+    }
     if (rc == 0) {
         rc = open_decoder(dev, err);
         if (rc)

@@ -16,6 +16,10 @@ struct dx_mcap_reader;
 struct dx_mcap_read_options {
     bool scan;        /* read all of the file, whether it has an index or not, and check it */
     size_t max_chunk; /* 0: DX_MCAP_MAX_CHUNK */
+    /* Each message that opening finds by scanning, in the file's order, so that a file need not be
+     * read twice. Its data have a length alone. NULL: nobody asks. */
+    void (*on_message)(void *ctx, const struct dx_mcap_message *m);
+    void *ctx;
 };
 
 /* Errors: -EBADMSG, no MCAP file at all; -ENOMEM; the source's for its first bytes. A damaged file

@@ -50,6 +50,8 @@ struct dx_mcap_view {
 struct dx_mcap_reader {
     struct dx_mcap_source source;
     size_t max_chunk;
+    void (*on_message)(void *ctx, const struct dx_mcap_message *m); /* or NULL */
+    void *on_message_ctx;
     char profile[64], library[128];
     uint64_t data_start; /* of the first record after the header */
     bool indexed;
