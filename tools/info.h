@@ -44,10 +44,11 @@ void dx_info_sound(json_t *out, uint64_t n, json_t *damage, const struct dx_info
 /* An item of "damage". */
 json_t *dx_info_damage(uint64_t offset, uint64_t len, const char *text);
 
-/* Decodes every frame: tells frames, geometry, width, height, valid ...; those that cannot be
- * decoded go into the list `damage`. Errors: -errno with err. */
-int dx_info_frames(json_t *out, json_t *damage, const struct dx_driver *driver, const char *path,
-                   struct dx_err *err);
+/* Decodes every frame: tells frames, geometry, width, height, valid ...; the first 64
+ * that cannot be decoded go into the list `damage`, and all are counted unless n_damaged is NULL.
+ * Errors: -errno with err. */
+int dx_info_frames(json_t *out, json_t *damage, uint64_t *n_damaged, const struct dx_driver *driver,
+                   const char *path, struct dx_err *err);
 
 /* The same of recordings and clouds: what cannot be decoded is told as "not_decoded". False: it is
  * a recording of dexeld, and nothing can decode it. `driver` may be NULL. */

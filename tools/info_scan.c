@@ -22,8 +22,9 @@ static bool is_mesh(const char *path)
 static int scan_tell(json_t *out, const char *path, const struct dx_info_options *o,
                      struct dx_err *err)
 {
-    const struct dx_info_options all = {.gap_ns =
-                                            o->gap_ns}; /* scans have no index, and no times */
+    /* scans have no index, and no times: all is read */
+    const struct dx_info_options all = {.gap_ns = o->gap_ns};
+    uint64_t n_damaged = 0;
     json_t *damage;
     int rc;
 
@@ -31,8 +32,8 @@ static int scan_tell(json_t *out, const char *path, const struct dx_info_options
         return dx_err_set(err, -EINVAL, "%s: a mesh, expected a scan or a recording", path);
     damage = json_array();
     json_object_set_new(out, "format", json_string(format_of(path)));
-    rc = dx_info_frames(out, damage, dx_source_driver(path), path, err);
-    dx_info_sound(out, json_array_size(damage), damage, &all);
+    rc = dx_info_frames(out, damage, &n_damaged, dx_source_driver(path), path, err);
+    dx_info_sound(out, n_damaged, damage, &all);
     return rc;
 }
 
