@@ -59,6 +59,9 @@ struct args {
     struct dx_convert_config config;
     struct dx_terrain_args terrain;
     bool repair;
+    bool format_given;
+    const char *of_mesh; /* the first option that a mesh alone obeys */
+    const char *other;   /* the first one beside --repair and -o */
 };
 
 static int set_option(struct args *a, int opt, const char *text)
@@ -70,6 +73,7 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_FORMAT:
         k = dx_arg_choice(&(struct dx_arg){"dexel convert", "--format", text}, dx_frame_formats);
         c->format = k < 0 ? DX_FRAME_PTX : (enum dx_frame_format)k;
+        a->format_given = true;
         return k;
     case OPT_FRAME:
         return dx_arg_u64(&c->frame, &(struct dx_arg){"dexel convert", "--frame", text}, 0,
@@ -115,11 +119,62 @@ static int take_operands(struct args *a, int argc, char **argv)
     return 0;
 }
 
+/* What was given for later checks; `k` is its place among the options. */
+static void remember(struct args *a, int opt, int k)
+{
+    bool is_of_mesh = opt >= DX_OPTION_SIGMA && opt != DX_OPTION_SEAM && opt != DX_OPTION_UNIT;
+
+    if (is_of_mesh && !a->of_mesh)
+        a->of_mesh = options[k].name;
+    if (opt != 'o' && opt != OPT_REPAIR && !a->other)
+        a->other = options[k].name;
+}
+
+/* A repair copies; it makes no frames that an option could change. */
+static int check_repair(const struct args *a)
+{
+    if (a->other)
+        fprintf(stderr, "dexel convert: --repair: found --%s beside it, expected none\n", a->other);
+    else if (!dx_convert_is_mcap(a->out))
+        fprintf(stderr, "dexel convert: --repair: found -o '%s', expected a name ending in .mcap\n",
+                a->out);
+    return a->other || !dx_convert_is_mcap(a->out) ? -EINVAL : 0;
+}
+
+/* An option that the output has no use for is a mistake of whoever gave it. */
+static int check_output(const struct args *a)
+{
+    const struct dx_convert_config *c = &a->config;
+    struct dx_err err;
+
+    if (c->ros != DX_ROS_NONE && !dx_convert_is_mcap(c->out)) {
+        fprintf(stderr, "dexel convert: --ros: found '%s', expected a name ending in .mcap\n",
+                c->out);
+        return -EINVAL;
+    }
+    if (a->format_given && dx_convert_is_mcap(c->out)) {
+        fprintf(stderr,
+                "dexel convert: --format: found '%s' for the output '%s', expected a folder\n",
+                dx_frame_formats[c->format], c->out);
+        return -EINVAL;
+    }
+    if (a->of_mesh && c->ros != DX_ROS_MESH && c->ros != DX_ROS_BOTH) {
+        fprintf(stderr,
+                "dexel convert: --%s: found without --ros mesh or --ros both, which make meshes\n",
+                a->of_mesh);
+        return -EINVAL;
+    }
+    if (!dx_convert_is_mcap(c->out) && dx_out_frames_check(c->out, &err) < 0) {
+        fprintf(stderr, "dexel convert: %s, or a name ending in .mcap\n", err.text);
+        return -EINVAL;
+    }
+    return 0;
+}
+
 /* After the last option: what they make together. */
 static int check(struct args *a)
 {
     struct dx_convert_config *c = &a->config;
-    struct dx_err err;
 
     c->source.path = a->in;
     c->source.fit = a->terrain.fit;
@@ -130,31 +185,25 @@ static int check(struct args *a)
         dx_exact_args_check(c->source.exact, &c->source.thin, &a->terrain, "dexel convert") < 0)
         return -EINVAL;
     if (a->repair)
-        return 0;
-    if (c->ros != DX_ROS_NONE && !dx_convert_is_mcap(c->out)) {
-        fprintf(stderr, "dexel convert: --ros: found '%s', expected a name ending in .mcap\n",
-                c->out);
+        return check_repair(a);
+    if (check_output(a) < 0)
         return -EINVAL;
-    }
-    if (!dx_convert_is_mcap(c->out) && dx_out_frames_check(c->out, &err) < 0) {
-        fprintf(stderr, "dexel convert: %s\n", err.text);
-        return -EINVAL;
-    }
     return dx_source_check(&c->source, "dexel convert");
 }
 
 static int parse(struct args *a, int argc, char **argv)
 {
-    int opt;
+    int opt, k = 0;
 
     *a = (struct args){
         .config = {.format = DX_FRAME_PTX, .source.attr_bytes = -1, .frame = DX_CONVERT_ALL}};
     dx_terrain_args_default(&a->terrain);
-    while ((opt = getopt_long(argc, argv, "o:", options, NULL)) != -1) {
+    while ((opt = getopt_long(argc, argv, "o:", options, &k)) != -1) {
         if (opt == OPT_HELP)
             return dx_arg_help(help);
         if (set_option(a, opt, optarg) < 0)
             return -EINVAL;
+        remember(a, opt, k);
     }
     return take_operands(a, argc, argv) < 0 ? -EINVAL : check(a);
 }

@@ -10,8 +10,8 @@
 
 static const char help[] =
     "usage: dexel info FILE [OPTIONS]\n"
-    "Tells what a recording (MCAP) or a scan (PTX, PCD; also a directory or glob of\n"
-    "files) holds, and what of it is damaged: then with exit status 1.\n\n"
+    "Tells what a recording (MCAP) or a scan (PTX, PCD; of both also a directory or\n"
+    "glob of files) holds, and what of it is damaged: then with exit status 1.\n\n"
     "  --json              one JSON object on standard output\n"
     "  --quick             by the index of a recording alone, without reading its data\n"
     "  --gap SECONDS       between messages of a channel, a gap is what is longer (1)\n";
@@ -27,7 +27,7 @@ static const struct option options[] = {
 };
 
 /* The first whose probe agrees; the last takes all that is left. */
-static const struct dx_info_kind *const kinds[] = {&dx_info_mcap, &dx_info_scan};
+static const struct dx_info_kind *const kinds[] = {&dx_info_mcap, &dx_info_folder, &dx_info_scan};
 
 #define N_KINDS (sizeof(kinds) / sizeof(kinds[0]))
 
@@ -83,7 +83,7 @@ static const struct dx_info_kind *find_kind(const char *path)
     if (f)
         fclose(f);
     for (size_t k = 0; k + 1 < N_KINDS; k++)
-        if (kinds[k]->probe(bytes, len))
+        if (kinds[k]->probe(path, bytes, len))
             return kinds[k];
     return kinds[N_KINDS - 1];
 }
@@ -92,6 +92,13 @@ json_t *dx_info_damage(uint64_t offset, uint64_t len, const char *text)
 {
     return json_pack("{s:I, s:I, s:s}", "offset", (json_int_t)offset, "bytes", (json_int_t)len,
                      "text", text);
+}
+
+void dx_info_sound(json_t *out, uint64_t n, json_t *damage, const struct dx_info_options *o)
+{
+    json_object_set_new(out, "sound", n == 0 && o->quick ? json_null() : json_boolean(n == 0));
+    json_object_set_new(out, "damaged", json_integer((json_int_t)n));
+    json_object_set_new(out, "damage", damage);
 }
 
 /* The exit status. */
@@ -109,7 +116,7 @@ static int run(const struct args *a)
         json_decref(object);
         return 1;
     }
-    is_sound = json_is_true(json_object_get(object, "sound"));
+    is_sound = !json_is_false(json_object_get(object, "sound"));
     if (a->json)
         return dx_json_print(object, "dexel info") < 0 || !is_sound;
     dx_info_print(object);

@@ -217,6 +217,13 @@ static int copy(struct convert *c)
     return rc == DX_DRIVER_E_EOF ? 0 : rc > 0 ? -EBADMSG : rc;
 }
 
+/* Of a recording that is copied whole: of a frame there is nothing that could be missing. */
+static bool keeps_gaps(const struct convert *c)
+{
+    return target_of(c->config) == RECORDING && c->driver == &dx_recorded_driver &&
+           c->config->frame == DX_CONVERT_ALL;
+}
+
 static int run(struct convert *c)
 {
     int rc = c->driver->start(c->dev, c->err);
@@ -225,6 +232,8 @@ static int run(struct convert *c)
         rc = open_target(c);
     if (rc == 0) {
         rc = copy(c);
+        if (rc == 0 && keeps_gaps(c))
+            rc = dx_out_recording_copy_gaps(&c->recording, c->config->source.path, c->err);
         rc = rc == 0 ? commit(c) : rc;
         c->driver->stop(c->dev);
     }

@@ -6,6 +6,8 @@
 #include <errno.h>
 #include <string.h>
 
+#define MAX_LISTED 64 /* as of an MCAP file */
+
 struct tally {
     struct dx_geometry *g;
     struct dx_plane plane;
@@ -61,20 +63,29 @@ static void tally_deliver(void *ctx, const struct dx_frame_part *part)
         t->n_valid += dx_plane_range(&t->plane, k) != 0;
 }
 
+/* Where nobody counts the damaged ones, frames of which the first are all damaged are left alone: a
+ * small file can hold millions. */
+static bool is_hopeless(const struct tally *t, const json_t *damage, const uint64_t *n_damaged)
+{
+    return !n_damaged && t->n_frames == 0 && json_array_size(damage) == MAX_LISTED;
+}
+
 /* Every frame; a damaged one is told and passed over. */
 static int read_frames(const struct dx_driver *driver, struct dx_device *dev, struct tally *t,
-                       json_t *damage)
+                       json_t *damage, uint64_t *n_damaged)
 {
     const struct dx_frame_sink sink = {t, tally_geometry, tally_plane, tally_deliver};
     struct dx_block block;
-    int rc;
+    int rc = 0;
 
-    while ((rc = driver->read(dev, &block, t->err)) == 0) {
+    while (!is_hopeless(t, damage, n_damaged) && (rc = driver->read(dev, &block, t->err)) == 0) {
         rc = driver->decode(dev, &block, &sink, t->err);
-        if (rc == DX_DRIVER_E_CORRUPT)
-            json_array_append_new(damage, dx_info_damage(0, block.len, t->err->text));
-        else if (rc)
+        if (rc && rc != DX_DRIVER_E_CORRUPT)
             return rc;
+        if (rc && n_damaged)
+            ++*n_damaged;
+        if (rc && json_array_size(damage) < MAX_LISTED)
+            json_array_append_new(damage, dx_info_damage(0, block.len, t->err->text));
     }
     return rc < 0 ? rc : 0;
 }
@@ -85,6 +96,7 @@ static void tell_geometry(json_t *out, const struct tally *t, const struct dx_fi
     json_object_set_new(out, "width", json_integer(t->g->width));
     json_object_set_new(out, "height", json_integer(t->g->height));
     json_object_set_new(out, "seam_closed", json_boolean(t->g->wrap));
+    json_object_set_new(out, "exact_points", json_boolean(t->g->exact));
     json_object_set_new(out, "unit_m", json_real((double)t->g->unit_m));
     json_object_set_new(out, "attribute_bytes", json_integer(t->attr_bytes));
     json_object_set_new(out, "geometries", json_integer((json_int_t)t->n_geometries));
@@ -96,10 +108,12 @@ static void tell_geometry(json_t *out, const struct tally *t, const struct dx_fi
                         json_real(t->n_dexels ? (double)t->n_valid / (double)t->n_dexels : 0));
 }
 
-int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err *err)
+int dx_info_frames(json_t *out, json_t *damage, uint64_t *n_damaged, const struct dx_driver *driver,
+                   const char *path, struct dx_err *err)
 {
-    const struct dx_file_config config = {.path = path, .attr_bytes = -1, .fit.seam = -1};
-    const struct dx_driver *driver = dx_source_driver(path);
+    /* they are counted: the order says nothing, and the file's is read in one go */
+    const struct dx_file_config config = {
+        .path = path, .attr_bytes = -1, .fit.seam = -1, .any_order = true};
     struct tally t = {.err = err};
     struct dx_device *dev;
     int rc = driver->open(&dev, &config, err);
@@ -108,7 +122,7 @@ int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err 
         return rc < 0 ? rc : -EBADMSG;
     rc = driver->start(dev, err);
     if (rc == 0)
-        rc = read_frames(driver, dev, &t, damage);
+        rc = read_frames(driver, dev, &t, damage, n_damaged);
     json_object_set_new(out, "frames", json_integer((json_int_t)t.n_frames));
     if (t.g)
         tell_geometry(out, &t, dx_source_fit_report(driver, dev));
@@ -117,4 +131,24 @@ int dx_info_frames(json_t *out, json_t *damage, const char *path, struct dx_err 
     dx_plane_fini(&t.plane);
     dx_geometry_unref(t.g);
     return rc;
+}
+
+/* Of clouds of another program what cannot be decoded says nothing against the file. */
+bool dx_info_decode(json_t *out, const struct dx_driver *driver, const char *path)
+{
+    json_t *damage;
+    struct dx_err err = {""};
+    int rc;
+
+    if (!driver)
+        return true;
+    damage = json_array();
+    rc = dx_info_frames(out, damage, NULL, driver, path, &err);
+    if (rc < 0)
+        json_object_set_new(out, "not_decoded",
+                            json_string(err.text[0] ? err.text : strerror(-rc)));
+    else if (json_array_size(damage))
+        json_object_set(out, "not_decoded", json_object_get(json_array_get(damage, 0), "text"));
+    json_decref(damage);
+    return rc >= 0 || driver != &dx_recorded_driver;
 }

@@ -4,6 +4,7 @@
 #include "drivers/file/cloud_bag.h"
 #include "drivers/file/recording.h"
 #include "tools/mcap_open.h"
+#include "tools/source.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -18,10 +19,12 @@ struct count {
 struct tally {
     struct count *of[65536]; /* by channel */
     uint64_t gap_ns;
+    bool failed; /* no memory */
 };
 
-static bool mcap_probe(const uint8_t *bytes, size_t len)
+static bool mcap_probe(const char *path, const uint8_t *bytes, size_t len)
 {
+    (void)path;
     return dx_mcap_probe(bytes, len);
 }
 
@@ -67,15 +70,19 @@ static double seconds(uint64_t from, uint64_t to)
 /* ---- channels ---------------------------------------------------------------------------------
  */
 
-static int add_message(struct tally *t, const struct dx_mcap_message *m)
+/* Within a channel the file's order is that of time, or nearly. */
+static void on_message(void *ctx, const struct dx_mcap_message *m)
 {
+    struct tally *t = ctx;
     struct count *c = t->of[m->channel_id];
     uint64_t gap;
 
     if (!c)
         c = t->of[m->channel_id] = calloc(1, sizeof(*c));
-    if (!c)
-        return -ENOMEM;
+    if (!c) {
+        t->failed = true;
+        return;
+    }
     gap = c->n && m->log_time > c->last ? m->log_time - c->last : 0;
     c->n_gaps += gap > t->gap_ns;
     if (gap > c->longest) {
@@ -86,26 +93,6 @@ static int add_message(struct tally *t, const struct dx_mcap_message *m)
     c->last = c->n == 0 || m->log_time > c->last ? m->log_time : c->last;
     c->n++;
     c->bytes += m->data.len;
-    return 0;
-}
-
-static int read_messages(struct tally *t, struct dx_mcap_reader *r, struct dx_err *err)
-{
-    /* within a channel the file's order is that of time, or nearly; and it can always be read */
-    const struct dx_mcap_query q = {.order = DX_MCAP_FILE_ORDER};
-    struct dx_mcap_iter *it;
-    struct dx_mcap_message m;
-    int rc = dx_mcap_iter_new(&it, r, &q);
-
-    if (rc == 0) {
-        while ((rc = dx_mcap_iter_next(it, &m)) == 0)
-            if (add_message(t, &m) < 0) {
-                rc = -ENOMEM;
-                break;
-            }
-        dx_mcap_iter_free(it);
-    }
-    return rc < 0 ? dx_err_set(err, rc, "messages: %s", strerror(-rc)) : 0;
 }
 
 static void tell_count(json_t *o, const struct count *c)
@@ -213,63 +200,85 @@ static void tell_file(json_t *out, const struct dx_mcap_reader *r)
                 info.n_of[c]);
 }
 
-static void tell_damage(json_t *out, const struct dx_mcap_reader *r)
+static void tell_damage(json_t *out, const struct dx_mcap_reader *r,
+                        const struct dx_info_options *o)
 {
     const struct dx_mcap_damage *d;
-    uint64_t n = dx_mcap_reader_damages(r);
     json_t *list = json_array();
 
     for (uint64_t k = 0; (d = dx_mcap_reader_damage(r, k)); k++)
         json_array_append_new(list, dx_info_damage(d->offset, d->len, d->text));
-    json_object_set_new(out, "sound", json_boolean(n == 0));
-    set(out, "damaged", n);
-    json_object_set_new(out, "damage", list);
+    dx_info_sound(out, dx_mcap_reader_damages(r), list, o);
 }
 
-/* Of recordings of dexeld, and of clouds. What cannot be decoded says nothing against the file. */
-static void tell_frames(json_t *out, const struct dx_mcap_reader *r, const char *path)
+static const struct dx_driver *driver_of(const struct dx_mcap_reader *r)
 {
-    json_t *damage = json_array();
-    struct dx_err err = {""};
+    return dx_mcap_reader_topic(r, DX_RECORDING_TOPIC) ? &dx_recorded_driver
+           : dx_cloud_bag_has_clouds(r)                ? &dx_file_driver
+                                                       : NULL;
+}
+
+static int tell_all(json_t *out, struct tally *tally, const struct dx_driver **driver,
+                    const char *path, const struct dx_info_options *o, struct dx_err *err)
+{
+    const struct dx_mcap_read_options options = {
+        .scan = !o->quick, .on_message = o->quick ? NULL : on_message, .ctx = tally};
+    struct dx_mcap_file file;
+    int rc = dx_mcap_file_open(&file, path, &options, err);
+
+    if (rc)
+        return rc;
+    *driver = driver_of(file.reader);
+    tell_file(out, file.reader);
+    json_object_set_new(out, "checked", json_boolean(!o->quick));
+    json_object_set_new(out, "channel", channels_json(file.reader, tally));
+    json_object_set_new(out, "attachment", attachments_json(file.reader));
+    json_object_set_new(out, "metadata", metadata_json(file.reader));
+    tell_damage(out, file.reader, o);
+    dx_mcap_file_close(&file);
+    return tally->failed ? dx_err_set(err, -ENOMEM, "%s: no memory", path) : 0;
+}
+
+int dx_info_mcap_file(json_t *out, const struct dx_driver **driver, const char *path,
+                      const struct dx_info_options *o, struct dx_err *err)
+{
+    struct tally *tally = calloc(1, sizeof(*tally));
     int rc;
 
-    if (dx_mcap_reader_topic(r, DX_RECORDING_TOPIC) || dx_cloud_bag_has_clouds(r)) {
-        rc = dx_info_frames(out, damage, path, &err);
-        if (rc < 0)
-            json_object_set_new(out, "not_decoded", json_string(err.text));
-        else if (json_array_size(damage))
-            json_object_set(out, "not_decoded", json_object_get(json_array_get(damage, 0), "text"));
-    }
-    json_decref(damage);
+    *driver = NULL;
+    if (!tally)
+        return dx_err_set(err, -ENOMEM, "%s: no memory", path);
+    tally->gap_ns = o->gap_ns;
+    rc = tell_all(out, tally, driver, path, o, err);
+    for (size_t k = 0; k < 65536; k++)
+        free(tally->of[k]);
+    free(tally);
+    return rc;
 }
 
 static int mcap_tell(json_t *out, const char *path, const struct dx_info_options *o,
                      struct dx_err *err)
 {
-    struct tally *tally = calloc(1, sizeof(*tally));
-    struct dx_mcap_file file;
-    int rc = tally ? dx_mcap_file_open(&file, path, !o->quick, err) : -ENOMEM;
+    const struct dx_driver *driver;
+    json_t *damage;
+    uint64_t n;
+    int rc = dx_info_mcap_file(out, &driver, path, o, err);
 
-    if (rc) {
-        free(tally);
+    if (rc || o->quick)
         return rc;
+    n = (uint64_t)json_integer_value(json_object_get(out, "damaged"));
+    damage = json_incref(json_object_get(out, "damage"));
+    json_object_del(out, "sound"); /* the verdict is the last that is told */
+    json_object_del(out, "damaged");
+    json_object_del(out, "damage");
+    if (!dx_info_decode(out, driver, path) && n == 0) {
+        const json_t *why = json_object_get(out, "not_decoded");
+
+        json_array_append_new(damage, dx_info_damage(0, 0, json_string_value(why)));
+        n = 1;
     }
-    tally->gap_ns = o->gap_ns;
-    if (!o->quick)
-        rc = read_messages(tally, file.reader, err);
-    tell_file(out, file.reader);
-    json_object_set_new(out, "checked", json_boolean(!o->quick));
-    if (!o->quick && rc == 0)
-        tell_frames(out, file.reader, path);
-    json_object_set_new(out, "channel", channels_json(file.reader, tally));
-    json_object_set_new(out, "attachment", attachments_json(file.reader));
-    json_object_set_new(out, "metadata", metadata_json(file.reader));
-    tell_damage(out, file.reader);
-    dx_mcap_file_close(&file);
-    for (size_t k = 0; k < 65536; k++)
-        free(tally->of[k]);
-    free(tally);
-    return rc;
+    dx_info_sound(out, n, damage, o);
+    return 0;
 }
 
 const struct dx_info_kind dx_info_mcap = {mcap_probe, mcap_tell};

@@ -24,7 +24,10 @@ static void print_value(const json_t *v)
     case JSON_FALSE:
         fputs("no", stdout);
         break;
-    default: /* null, and what is printed elsewhere */
+    case JSON_NULL: /* "sound" of what was not read */
+        fputs("not checked", stdout);
+        break;
+    default: /* what is printed elsewhere */
         fputc('-', stdout);
     }
 }

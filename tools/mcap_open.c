@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
-int dx_mcap_file_open(struct dx_mcap_file *f, const char *path, bool scan, struct dx_err *err)
+int dx_mcap_file_open(struct dx_mcap_file *f, const char *path,
+                      const struct dx_mcap_read_options *options, struct dx_err *err)
 {
-    const struct dx_mcap_read_options o = {.scan = scan};
     struct dx_mcap_source source;
     int rc;
 
@@ -20,7 +20,7 @@ int dx_mcap_file_open(struct dx_mcap_file *f, const char *path, bool scan, struc
     if (rc) {
         dx_err_set(err, rc, "%s: %s", path, rc == -EINVAL ? "not a regular file" : strerror(-rc));
     } else {
-        rc = dx_mcap_reader_open(&f->reader, &source, &o, err);
+        rc = dx_mcap_reader_open(&f->reader, &source, options, err);
         if (rc)
             dx_err_prefix(err, path);
     }

@@ -9,8 +9,9 @@ struct dx_mcap_file {
     struct dx_mcap_reader *reader;
 };
 
-/* `scan`: all of the file is read and checked. Errors: -errno, err names the path. */
-int dx_mcap_file_open(struct dx_mcap_file *f, const char *path, bool scan, struct dx_err *err);
+/* `options` may be NULL. Errors: -errno, err names the path. */
+int dx_mcap_file_open(struct dx_mcap_file *f, const char *path,
+                      const struct dx_mcap_read_options *options, struct dx_err *err);
 void dx_mcap_file_close(struct dx_mcap_file *f);
 
 #endif

@@ -1,7 +1,9 @@
 /* Blocks to a recording. */
 #include "tools/out_recording.h"
 
+#include "drivers/file/file_list.h"
 #include "drivers/file/recording_write.h"
+#include "tools/mcap_open.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -101,6 +103,40 @@ int dx_out_recording_add(struct dx_out_recording *o, const struct dx_block *bloc
                          bool starts_frame, uint64_t time, struct dx_err *err)
 {
     return failed(o, put(o, block, starts_frame, time), err);
+}
+
+/* What cannot be read of them is lost, as the blocks beside it are. */
+static int copy_gaps(struct dx_out_recording *o, struct dx_mcap_reader *r)
+{
+    const struct dx_mcap_item_index *item;
+    struct dx_mcap_metadata m;
+    int rc = 0;
+
+    for (uint32_t k = 0; rc == 0 && (item = dx_mcap_reader_metadata(r, k)) != NULL; k++)
+        if (dx_mcap_text_is(item->name, DX_RECORDING_GAP) &&
+            dx_mcap_reader_read_metadata(r, item, &m, NULL) == 0)
+            rc = dx_mcap_writer_metadata(o->writer, &m);
+    return rc;
+}
+
+int dx_out_recording_copy_gaps(struct dx_out_recording *o, const char *path, struct dx_err *err)
+{
+    struct dx_file_list list;
+    int rc = o->n_messages ? dx_file_list_init(&list, path, err) : 0;
+
+    if (rc || !o->n_messages)
+        return rc;
+    for (size_t k = 0; rc == 0 && k < list.n; k++) {
+        struct dx_mcap_file file;
+
+        /* one that is no recording was passed over for its blocks, too */
+        if (dx_mcap_file_open(&file, list.paths[k], NULL, NULL) < 0)
+            continue;
+        rc = failed(o, copy_gaps(o, file.reader), err);
+        dx_mcap_file_close(&file);
+    }
+    dx_file_list_fini(&list);
+    return rc;
 }
 
 int dx_out_recording_commit(struct dx_out_recording *o, struct dx_err *err)

@@ -36,6 +36,10 @@ int dx_out_recording_geometry(struct dx_out_recording *o, const struct dx_geomet
 int dx_out_recording_add(struct dx_out_recording *o, const struct dx_block *block,
                          bool starts_frame, uint64_t time, struct dx_err *err);
 
+/* The gaps that the recordings at `path` tell of (DX_RECORDING_GAP), as they are there. Behind the
+ * first block. */
+int dx_out_recording_copy_gaps(struct dx_out_recording *o, const char *path, struct dx_err *err);
+
 /* Puts the file in its place; no block at all is -ENODATA. `o` is zeroed, whatever is returned. */
 int dx_out_recording_commit(struct dx_out_recording *o, struct dx_err *err);
 /* Takes it back. Zeroed is fine. */

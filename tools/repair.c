@@ -30,11 +30,12 @@ static void tell(const char *command, const char *in, const struct dx_mcap_reade
 
 int dx_repair_file(const char *in, const char *out, const char *command, struct dx_err *err)
 {
+    const struct dx_mcap_read_options options = {.scan = true};
     struct dx_mcap_repaired report;
     struct dx_mcap_sink sink;
     struct dx_mcap_file file;
     struct dx_out_file f;
-    int rc = dx_mcap_file_open(&file, in, true, err);
+    int rc = dx_mcap_file_open(&file, in, &options, err);
 
     if (rc)
         return rc;

@@ -2,7 +2,12 @@
 #include "tools/source.h"
 
 #include "daemon/config.h"
+#include "drivers/file/cloud_bag.h"
+#include "drivers/file/file_list.h"
+#include "drivers/file/format.h"
 #include "drivers/file/playlist.h"
+#include "drivers/file/ros_cloud.h"
+#include "tools/mcap_open.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -14,6 +19,20 @@ const struct dx_driver *dx_source_driver(const char *path)
     return dx_playlist_wants(path) ? &dx_recorded_driver : &dx_file_driver;
 }
 
+/* No file is MCAP; false also when there are none, which opening them tells. */
+static bool is_all_scans(const char *path)
+{
+    struct dx_file_list list;
+    bool is = true;
+
+    if (dx_file_list_init(&list, path, NULL) != 0)
+        return false;
+    for (size_t k = 0; k < list.n && is; k++)
+        is = !dx_cloud_bag_probe(list.paths[k]) && !dx_format_has_ext(list.paths[k], ".mcap");
+    dx_file_list_fini(&list);
+    return is;
+}
+
 int dx_source_check(const struct dx_file_config *c, const char *command)
 {
     const char *option = c->fit.unit_m > 0  ? "a unit"
@@ -23,11 +42,17 @@ int dx_source_check(const struct dx_file_config *c, const char *command)
                          : c->topic         ? "--topic"
                                             : NULL;
 
-    if (!option || !dx_playlist_wants(c->path))
-        return 0;
-    fprintf(stderr, "%s: found %s for the recording '%s', expected none: it has its own\n", command,
-            option, c->path);
-    return -EINVAL;
+    if (option && dx_playlist_wants(c->path)) {
+        fprintf(stderr, "%s: found %s for the recording '%s', expected none: it has its own\n",
+                command, option, c->path);
+        return -EINVAL;
+    }
+    if (c->topic && is_all_scans(c->path)) {
+        fprintf(stderr, "%s: --topic: found '%s' for the scans '%s', expected clouds in MCAP\n",
+                command, c->topic, c->path);
+        return -EINVAL;
+    }
+    return 0;
 }
 
 uint64_t dx_source_time(const struct dx_driver *driver, const struct dx_block *block)
@@ -82,6 +107,42 @@ static int open_decoder(struct dx_device *dev, struct dx_err *err)
     return dev->driver->open_decoder(&dev->decoder, &dev->config.streams[0].source, err);
 }
 
+/* No scan is among the recordings: the first file has decided that they are some. */
+static int check_alike(const char *path, struct dx_err *err)
+{
+    struct dx_file_list list;
+    int rc = dx_file_list_init(&list, path, err);
+
+    if (rc)
+        return rc;
+    for (size_t k = 0; k < list.n && rc == 0; k++)
+        if (dx_format_knows_name(list.paths[k]) && !dx_format_has_ext(list.paths[k], ".mcap") &&
+            !dx_cloud_bag_probe(list.paths[k]))
+            rc = dx_err_set(err, -EBADMSG,
+                            "%s: a scan among recordings, expected either in a folder",
+                            list.paths[k]);
+    dx_file_list_fini(&list);
+    return rc;
+}
+
+/* A whole MCAP file of another program that has no clouds: what it is, in place of what it is not.
+ */
+static void explain(const char *path, struct dx_err *err)
+{
+    struct dx_mcap_file file;
+
+    if (dx_mcap_file_open(&file, path, NULL, NULL) < 0)
+        return;
+    if (dx_mcap_reader_damages(file.reader) == 0 &&
+        !dx_mcap_reader_topic(file.reader, DX_RECORDING_TOPIC) &&
+        !dx_cloud_bag_has_clouds(file.reader))
+        dx_err_set(err, 0,
+                   "%s: neither a recording of dexeld nor clouds (" DX_ROS_CLOUD_NAME
+                   " in CDR) are in it",
+                   path);
+    dx_mcap_file_close(&file);
+}
+
 static int recorded_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
@@ -90,7 +151,12 @@ static int recorded_open(struct dx_device **out, const void *config, struct dx_e
 
     if (!dev)
         return dx_err_set(err, -ENOMEM, "%s: no memory", c->path);
-    rc = dx_playlist_new(&dev->list, c->path, tell, err);
+    rc = check_alike(c->path, err);
+    if (rc == 0) {
+        rc = dx_playlist_new(&dev->list, c->path, tell, err);
+        if (rc == -EBADMSG)
+            explain(c->path, err);
+    }
     if (rc == 0) {
         rc = open_decoder(dev, err);
         if (rc)

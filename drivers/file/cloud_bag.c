@@ -1,6 +1,7 @@
 /* Clouds out of MCAP. */
 #include "drivers/file/cloud_bag.h"
 
+#include "drivers/file/recording.h"
 #include "drivers/file/ros_cloud.h"
 
 #include <errno.h>
@@ -75,14 +76,19 @@ static const struct dx_mcap_channel *choose(const struct dx_mcap_reader *reader,
     return topic && *topic ? chosen : n == 1 ? chosen : NULL;
 }
 
-static int start(struct dx_cloud_bag *bag, const char *topic, struct dx_err *err)
+static int start(struct dx_cloud_bag *bag, const char *topic, enum dx_mcap_order order,
+                 struct dx_err *err)
 {
     char found[512] = "";
     const struct dx_mcap_channel *c = choose(bag->reader, topic, found, sizeof(found));
     const struct dx_mcap_query query = {
-        .order = DX_MCAP_LOG_TIME, .channels = c ? &c->id : NULL, .n_channels = 1};
+        .order = order, .channels = c ? &c->id : NULL, .n_channels = 1};
     int rc;
 
+    if (!c && dx_mcap_reader_topic(bag->reader, DX_RECORDING_TOPIC))
+        return dx_err_set(err, -EBADMSG,
+                          "%s: a recording of dexeld among scans, expected either in a folder",
+                          bag->path);
     if (!c && topic && *topic)
         return dx_err_set(err, -EBADMSG, "%s: found no " DX_ROS_CLOUD_NAME " on topic '%s'%s%s",
                           bag->path, topic, *found ? ", but on " : "", found);
@@ -99,7 +105,8 @@ static int start(struct dx_cloud_bag *bag, const char *topic, struct dx_err *err
     return rc ? dx_err_set(err, rc, "%s: %s", bag->path, strerror(-rc)) : 0;
 }
 
-static int open_bag(struct dx_cloud_bag *bag, const char *topic, struct dx_err *err)
+static int open_bag(struct dx_cloud_bag *bag, const char *topic, enum dx_mcap_order order,
+                    struct dx_err *err)
 {
     struct dx_mcap_source source;
     int rc = bag->fd < 0 ? -errno : dx_mcap_source_fd(&source, bag->fd);
@@ -111,11 +118,11 @@ static int open_bag(struct dx_cloud_bag *bag, const char *topic, struct dx_err *
         dx_err_prefix(err, bag->path);
         return rc;
     }
-    return start(bag, topic, err);
+    return start(bag, topic, order, err);
 }
 
 int dx_cloud_bag_open(struct dx_cloud_bag **out, const char *path, const char *topic,
-                      struct dx_err *err)
+                      enum dx_mcap_order order, struct dx_err *err)
 {
     struct dx_cloud_bag *bag = calloc(1, sizeof(*bag));
     int rc;
@@ -124,7 +131,8 @@ int dx_cloud_bag_open(struct dx_cloud_bag **out, const char *path, const char *t
         return dx_err_set(err, -ENOMEM, "%s: no memory", path);
     bag->path = strdup(path);
     bag->fd = open_mcap(path);
-    rc = bag->path ? open_bag(bag, topic, err) : dx_err_set(err, -ENOMEM, "%s: no memory", path);
+    rc = bag->path ? open_bag(bag, topic, order, err)
+                   : dx_err_set(err, -ENOMEM, "%s: no memory", path);
     if (rc) {
         dx_cloud_bag_close(bag);
         return rc;
@@ -163,5 +171,7 @@ int dx_cloud_bag_next(struct dx_cloud_bag *bag, struct dx_mcap_message *out, str
 
     if (rc == DX_MCAP_E_END)
         return end(bag, err);
-    return rc < 0 ? dx_err_set(err, rc, "%s: its messages: %s", bag->path, strerror(-rc)) : rc;
+    return rc < 0 ? dx_err_set(err, rc, "%s: its messages: %s", bag->path,
+                               dx_mcap_iter_why(bag->iter, rc))
+                  : rc;
 }

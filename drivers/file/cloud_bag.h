@@ -1,6 +1,6 @@
 /*
  * An MCAP file of another program as a source of scans: the PointCloud2 messages of one topic, in
- * the order of their log times. Owned by one thread.
+ * the order of their log times or of the file. Owned by one thread.
  */
 #ifndef DX_CLOUD_BAG_H
 #define DX_CLOUD_BAG_H
@@ -15,7 +15,7 @@ bool dx_cloud_bag_probe(const char *path);
 /* `topic` NULL or "": the only one with clouds. Errors: -EBADMSG (no MCAP, no such topic, several
  * of them), -ENOMEM, from open; err names the file. */
 int dx_cloud_bag_open(struct dx_cloud_bag **out, const char *path, const char *topic,
-                      struct dx_err *err);
+                      enum dx_mcap_order order, struct dx_err *err);
 void dx_cloud_bag_close(struct dx_cloud_bag *bag);
 
 /* Does the file have a topic with clouds? */

@@ -181,7 +181,9 @@ static int open_file(struct dx_device *dev, const char *path)
     if (!dx_cloud_bag_probe(path))
         return dx_slurp_file(&dev->file, path, DX_SLURP_MAX, &dev->fault);
     dx_pace_restart(&dev->pace); /* its times are its own */
-    return dx_cloud_bag_open(&dev->bag, path, dev->topic, &dev->fault);
+    return dx_cloud_bag_open(&dev->bag, path, dev->topic,
+                             dev->config.any_order ? DX_MCAP_FILE_ORDER : DX_MCAP_LOG_TIME,
+                             &dev->fault);
 }
 
 /* Opens the next file; a block is ready only when it could not be read. EOF at the end. */

@@ -22,6 +22,7 @@ struct dx_file_config {
     struct dx_fit_options fit;
     struct dx_thin_options thin; /* an array of chosen size instead of the files' own grid */
     bool exact;                  /* planes carry the points themselves; not with a mean of them */
+    bool any_order;              /* of clouds in MCAP: as the file has them, not by time */
 };
 
 extern const struct dx_driver dx_file_driver;

@@ -22,6 +22,7 @@
 #define DX_MCAP_MAX_METADATA ((size_t)1 << 20)   /* a metadata record */
 #define DX_MCAP_MAX_CACHE    ((size_t)128 << 20) /* decompressed chunks kept by a reader */
 #define DX_MCAP_MAX_PENDING  (1u << 22) /* messages of overlapping chunks, in log-time order */
+#define DX_MCAP_MAX_AGAIN    ((uint64_t)1 << 30) /* and three times the chunks: loaded again */
 
 #define DX_MCAP_MAGIC_LEN    8
 #define DX_MCAP_RECORD_HEAD  9  /* opcode and length */

@@ -31,10 +31,12 @@ static int damaged(struct dx_mcap_scan *s, int rc, const char *what)
     return 0;
 }
 
+/* A message whose data have `len` bytes. */
 static void count(struct dx_mcap_scan *s, struct dx_mcap_part *part,
-                  const struct dx_mcap_message *m)
+                  const struct dx_mcap_message *m, size_t len)
 {
     bool is_first = !part->has_messages;
+    struct dx_mcap_message told = *m;
 
     part->has_messages = true;
     part->start = is_first || m->log_time < part->start ? m->log_time : part->start;
@@ -43,6 +45,9 @@ static void count(struct dx_mcap_scan *s, struct dx_mcap_part *part,
     s->end = s->n_messages == 0 || m->log_time > s->end ? m->log_time : s->end;
     s->n_messages++;
     dx_mcap_def_find(&s->r->defs.channels, m->channel_id)->n_messages++;
+    told.data = (struct dx_mcap_bytes){NULL, len};
+    if (s->r->on_message)
+        s->r->on_message(s->r->on_message_ctx, &told);
 }
 
 /* ---- messages outside of chunks ---------------------------------------------------------------
@@ -78,7 +83,7 @@ static int scan_message(struct dx_mcap_scan *s)
     }
     if (s->run.at.len == 0)
         s->run = (struct dx_mcap_part){.at.offset = s->at, .is_run = true};
-    count(s, &s->run, &m);
+    count(s, &s->run, &m, (size_t)body_len(s) - DX_MCAP_MESSAGE_HEAD);
     s->run.at.len += s->len;
     s->run.records_len = (uint32_t)s->run.at.len;
     return 0;
@@ -97,7 +102,7 @@ static int scan_records(struct dx_mcap_scan *s, struct dx_mcap_part *part,
     int rc;
 
     while ((rc = dx_mcap_part_next(&walk, &m, &offset)) == 0)
-        count(s, part, &m);
+        count(s, part, &m, m.data.len);
     if (rc == -ENOMEM)
         return rc;
     part->is_odd = rc < 0 || walk.n_strange > 0;

@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct entry {
     uint64_t log_time;
@@ -31,6 +32,9 @@ struct dx_mcap_iter {
     uint32_t n, cap;
     uint32_t n_pending;  /* room for messages in open cursors */
     struct cursor spare; /* the memory of one that is done */
+    uint64_t opened_len; /* of parts, as they were opened */
+    uint64_t again_len;  /* of parts that were loaded a second time and more */
+    const char *why;     /* of -E2BIG */
 };
 
 static const struct dx_mcap_part *part_of(const struct dx_mcap_iter *it, uint32_t k)
@@ -189,6 +193,12 @@ static int by_time(const void *a, const void *b)
     return x->offset < y->offset ? -1 : x->offset > y->offset;
 }
 
+static int give_up(struct dx_mcap_iter *it, const char *why)
+{
+    it->why = why;
+    return -E2BIG;
+}
+
 static int add_entry(struct dx_mcap_iter *it, struct cursor *c, const struct dx_mcap_message *m,
                      size_t offset)
 {
@@ -197,7 +207,7 @@ static int add_entry(struct dx_mcap_iter *it, struct cursor *c, const struct dx_
         struct entry *entries;
 
         if (cap > DX_MCAP_MAX_PENDING - it->n_pending)
-            return -E2BIG;
+            return give_up(it, "more messages in chunks that overlap than are taken");
         entries = realloc(c->entries, cap * sizeof(*entries));
         if (!entries)
             return -ENOMEM;
@@ -278,6 +288,7 @@ static int open_part(struct dx_mcap_iter *it, uint32_t k)
         dx_mcap_note(it->r, part->at.offset, part->at.len, "%s", it->r->why.text);
         return 0;
     }
+    it->opened_len += records.len;
     it->spare = (struct cursor){0};
     rc = list_messages(it, &c, part, records);
     if (it->n >= 8)
@@ -290,15 +301,22 @@ static int open_part(struct dx_mcap_iter *it, uint32_t k)
     return rc;
 }
 
-/* The next part is to be opened before the message on top can be given out. */
+/* The next part is to be opened before the message on top can be given out. Of equal times the one
+ * that lies first in the file comes first, and so the others can wait. */
 static bool must_open(const struct dx_mcap_iter *it)
 {
+    const struct cursor *top = &it->heap[0];
+    uint64_t time, start;
+
     if (it->next_part == it->n_parts)
         return false;
     if (it->n == 0)
         return true;
-    return it->order == DX_MCAP_LOG_TIME && part_of(it, it->parts[it->next_part])->start <=
-                                                it->heap[0].entries[it->heap[0].next].log_time;
+    if (it->order != DX_MCAP_LOG_TIME)
+        return false;
+    time = top->entries[top->next].log_time;
+    start = part_of(it, it->parts[it->next_part])->start;
+    return start < time || (start == time && it->parts[it->next_part] < top->part);
 }
 
 static int open_parts(struct dx_mcap_iter *it)
@@ -320,6 +338,22 @@ static int open_parts(struct dx_mcap_iter *it)
 /* ---- messages ---------------------------------------------------------------------------------
  */
 
+/* Loads the part on top. One that the cache has let go of is decompressed again, for a single
+ * message perhaps: that has a bound, or a small file could keep a reader busy for hours. */
+static int load_top(struct dx_mcap_iter *it, struct dx_mcap_part *part, struct dx_mcap_bytes *out)
+{
+    uint64_t before = it->r->n_loads;
+    int rc;
+
+    if (it->again_len > 3 * it->opened_len + DX_MCAP_MAX_AGAIN)
+        return give_up(it, "its chunks overlap so much that they would be decompressed again and "
+                           "again");
+    rc = dx_mcap_load(it->r, part, out);
+    if (rc == 0 && it->r->n_loads != before)
+        it->again_len += out->len;
+    return rc;
+}
+
 /* The message on top. Its part may have left the cache, and the file may have changed since. */
 static int read_top(struct dx_mcap_iter *it, struct dx_mcap_message *out)
 {
@@ -329,7 +363,7 @@ static int read_top(struct dx_mcap_iter *it, struct dx_mcap_message *out)
     struct dx_mcap_record rec;
     struct dx_mcap_bytes records;
     struct dx_reader r;
-    int rc = dx_mcap_load(it->r, part, &records);
+    int rc = load_top(it, part, &records);
 
     if (rc)
         return rc;
@@ -366,7 +400,7 @@ int dx_mcap_iter_next(struct dx_mcap_iter *it, struct dx_mcap_message *out)
         if (it->n == 0)
             return DX_MCAP_E_END;
         rc = read_top(it, out);
-        if (rc == -ENOMEM)
+        if (rc == -ENOMEM || rc == -E2BIG)
             return rc;
         part = &it->r->parts.p[it->heap[0].part];
         if (rc) {
@@ -378,6 +412,11 @@ int dx_mcap_iter_next(struct dx_mcap_iter *it, struct dx_mcap_message *out)
         if (rc == 0)
             return 0;
     }
+}
+
+const char *dx_mcap_iter_why(const struct dx_mcap_iter *it, int rc)
+{
+    return rc == -E2BIG && it->why ? it->why : strerror(-rc);
 }
 
 void dx_mcap_iter_seek(struct dx_mcap_iter *it, uint64_t start)

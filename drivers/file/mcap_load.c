@@ -191,8 +191,10 @@ int dx_mcap_load(struct dx_mcap_reader *r, struct dx_mcap_part *part, struct dx_
     struct dx_mcap_slot *s = find_slot(r, part->at.offset);
     int rc = 0;
 
-    if (!s)
+    if (!s) {
         rc = part->is_run ? load_run(r, part, &s) : load_chunk(r, part, &s);
+        r->n_loads++;
+    }
     if (rc)
         return rc;
     s->offset = part->at.offset;

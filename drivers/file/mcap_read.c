@@ -283,6 +283,8 @@ int dx_mcap_reader_open(struct dx_mcap_reader **out, const struct dx_mcap_source
     if (!r)
         return dx_err_set(err, -ENOMEM, "no memory for a reader");
     r->source = *source;
+    r->on_message = o->on_message;
+    r->on_message_ctx = o->ctx;
     r->max_chunk =
         o->max_chunk && o->max_chunk < DX_MCAP_MAX_CHUNK ? o->max_chunk : DX_MCAP_MAX_CHUNK;
     dx_mcap_defs_init(&r->defs, 65536, DX_MCAP_MAX_DEFS);

@@ -16,6 +16,10 @@ struct dx_mcap_reader;
 struct dx_mcap_read_options {
     bool scan;        /* read all of the file, whether it has an index or not, and check it */
     size_t max_chunk; /* 0: DX_MCAP_MAX_CHUNK */
+    /* Each message that opening finds by scanning, in the file's order, so that a file need not be
+     * read twice. Its data have a length alone. NULL: nobody asks. */
+    void (*on_message)(void *ctx, const struct dx_mcap_message *m);
+    void *ctx;
 };
 
 /* Errors: -EBADMSG, no MCAP file at all; -ENOMEM; the source's for its first bytes. A damaged file
@@ -100,10 +104,13 @@ void dx_mcap_iter_free(struct dx_mcap_iter *it);
 
 /*
  * The next message. Its bytes hold until the next call for this reader or one of its iterators.
- * 0; DX_MCAP_E_END; -ENOMEM; -E2BIG: in order of log time, more than DX_MCAP_MAX_PENDING messages
- * in chunks that overlap (file order can read it). Damaged chunks are passed over and noted.
+ * 0; DX_MCAP_E_END; -ENOMEM; -E2BIG: in order of log time, chunks that overlap too much: more than
+ * DX_MCAP_MAX_PENDING messages in them, or DX_MCAP_MAX_AGAIN and three times their length were
+ * decompressed a second time (file order can read it). Damaged chunks are passed over and noted.
  */
 int dx_mcap_iter_next(struct dx_mcap_iter *it, struct dx_mcap_message *out);
+/* What a negative result of next() means. */
+const char *dx_mcap_iter_why(const struct dx_mcap_iter *it, int rc);
 /* Goes to the first message of log time `start` or later; also back. */
 void dx_mcap_iter_seek(struct dx_mcap_iter *it, uint64_t start);
 

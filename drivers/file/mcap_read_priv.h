@@ -50,6 +50,8 @@ struct dx_mcap_view {
 struct dx_mcap_reader {
     struct dx_mcap_source source;
     size_t max_chunk;
+    void (*on_message)(void *ctx, const struct dx_mcap_message *m); /* or NULL */
+    void *on_message_ctx;
     char profile[64], library[128];
     uint64_t data_start; /* of the first record after the header */
     bool indexed;
@@ -66,7 +68,8 @@ struct dx_mcap_reader {
 
     struct dx_mcap_view view;
     struct dx_mcap_slot slots[DX_MCAP_N_SLOTS];
-    uint64_t clock; /* of slot use */
+    uint64_t clock;   /* of slot use */
+    uint64_t n_loads; /* of parts that were in no slot */
     struct dx_mcap_unpacker *unpacker;
     struct dx_err why; /* of the last failed load */
 

@@ -154,8 +154,35 @@ for what in '"topic": "/dexel/mesh"' '"schema": "foxglove_msgs/msg/SceneUpdate"'
 done
 same 'clouds beside meshes' "$want" "$(mesh both.mcap --exact)"
 
+# ---- the gaps that a recording tells of stay in its copy: here behind the header, so its index is wrong
+head_len=$((17 + $(od -An -tu8 -j9 -N8 parts.mcap)))
+{
+  head -c $head_len parts.mcap
+  printf '\014\053\0\0\0\0\0\0\0\011\0\0\0dexel.gap\032\0\0\0\006\0\0\0blocks\002\0\0\00012'
+  printf '\001\0\0\0a\001\0\0\0b'
+  tail -c +$((head_len + 1)) parts.mcap
+} >gap.mcap
+expect 0 "$dexel" convert gap.mcap copy.mcap
+expect 0 "$dexel" info copy.mcap --json
+tells '"name": "dexel.gap", "values": \{"blocks": "12"'
+expect 0 "$dexel" convert gap.mcap one.mcap --frame 2
+expect 0 "$dexel" info one.mcap --json
+! grep -q dexel.gap out || fail 'a frame has a gap'
+
 # ---- what cannot be
 expect 2 "$dexel" convert seq out.pcd --ros mesh; says "--ros: found 'out.pcd', expected a name ending in .mcap"
+expect 2 "$dexel" convert seq out.mcap --format pcd; says "--format: found 'pcd' for the output 'out.mcap'"
+expect 2 "$dexel" convert seq out.mcap --topic /foo; says "--topic: found '/foo' for the scans 'seq'"
+for options in '--tilt 30' '--ros clouds --tilt 30' '--ros clouds --caps --tilt 30'; do
+  # shellcheck disable=SC2086 # words
+  expect 2 "$dexel" convert seq out.mcap $options; says 'found without --ros mesh or --ros both'
+done
+expect 0 "$dexel" convert seq out.mcap --ros mesh --tilt 30
+rm out.mcap
+expect 2 "$dexel" convert --repair run.mcap -o out.mcap --frame 3 --ros both; says '--repair: found --frame'
+expect 2 "$dexel" convert --repair run.mcap -o out.ptx; says "--repair: found -o 'out.ptx'"
+[ ! -e out.ptx ] || fail 'a refused repair left something'
+expect 2 "$dexel" convert seq out.ply; says 'a name ending in .mcap'
 expect 2 "$dexel" convert seq out.mcap --ros none; says "--ros: found 'none', expected clouds|mesh|both"
 for options in '--unit 0.001' '--size 20x20' '--exact' '--seam off' '--topic /a'; do
   # shellcheck disable=SC2086 # words

@@ -30,6 +30,7 @@ for c in none lz4 zstd; do
   says '^messages +8$' out
   expect 0 "$dexel" info --quick "$seeds/$c.mcap"
   says '^checked +no$' out
+  says '^sound +not checked$' out
 done
 expect 0 "$dexel" info "$seeds/zstd.mcap"
 says '^chunks zstd +[1-9]' out
@@ -68,6 +69,72 @@ mkdir seq && cp a.ptx seq/0.ptx && cp cut.ptx seq/1.ptx
 expect 1 "$dexel" info seq --json
 says '"frames": 2' out
 says '"damaged": 1' out
+
+# a folder of recordings: of each file what is damaged, and times, gaps and frames over all
+expect 0 "$dexel" sim moving-box -o box --size 40x30 --frames 8 --format pcd
+expect 0 "$dexel" convert box box.mcap
+expect 0 "$dexel" info box.mcap --json
+says '"exact_points": false' out
+expect 0 "$dexel" convert box exact.mcap --exact
+expect 0 "$dexel" info exact.mcap --json
+says '"exact_points": true' out
+mkdir many && cp box.mcap many/0.mcap && cp box.mcap many/1.mcap
+expect 0 "$dexel" info many --json
+for what in '"files": 2' '"frames": 16' '"messages": 16' '"end_ns": 700000000' '"gaps": 0' '"sound": true, "damaged": 0'; do
+  says "$what" out
+done
+expect 0 "$dexel" info many --json --gap 0.05
+says '"gaps": 14' out
+expect 0 "$dexel" info many --quick
+says '^sound +not checked$' out
+LC_ALL=C sed 's/seam_closed/seam_cloned/; s/streams:/streamz:/' box.mcap >many/2.mcap
+head -c 100 box.mcap >many/3.mcap
+head -c 5 box.mcap >many/4.mcap
+head -c $(($(wc -c <box.mcap) - 40)) box.mcap >many/5.mcap
+for k in 2 3 5; do
+  expect 1 "$dexel" info many/$k.mcap
+done
+expect 1 "$dexel" info many --json
+for k in 0 1; do
+  says "\"many/$k.mcap\", [^}]*\"sound\": true" out
+done
+for k in 2 3 4 5; do
+  says "\"file\": \"many/$k.mcap\", \"damaged\": [1-9][0-9]*, \"offset\": [0-9]+, \"bytes\": [0-9]+, \"text\": \"." out
+done
+says '"sound": false, "damaged": [4-9]' out
+says '"frames": 24, "sound": false' out # 2.mcap has no configuration
+expect 1 "$dexel" info many
+says '^  file +many/2.mcap$' out
+says 'attachment: wrong CRC' out
+expect 1 "$dexel" info 'many/[05].mcap'
+says '^damage 1$' out
+mkdir alone && cp many/3.mcap alone
+expect 1 "$dexel" info alone --json
+says '"damage": \[\{"file": "alone/3.mcap", "damaged": 1' out
+
+# a configuration that nothing decodes, in a file that is whole
+expect 1 "$dexel" info many/2.mcap --json
+# shellcheck disable=SC2046 # two numbers
+set -- $(sed 's/.*"offset": \([0-9]*\), "bytes": \([0-9]*\), "text": "attachment: wrong CRC.*/\1 \2/' out)
+cp many/2.mcap bad.mcap
+head -c 4 /dev/zero | dd of=bad.mcap bs=1 seek=$(($1 + $2 - 4)) conv=notrunc 2>err || { cat err; bad=1; }
+expect 0 "$dexel" convert --repair bad.mcap -o bad_config.mcap
+expect 1 "$dexel" info bad_config.mcap --json
+says '"not_decoded": ".*dexeld.yaml' out
+says '"sound": false, "damaged": 1' out
+expect 0 "$dexel" info bad_config.mcap --quick
+
+# recordings beside scans, and what is neither
+mkdir mixed && cp box.mcap mixed/b.mcap && cp box/frame-000000.pcd mixed/a.pcd
+expect 1 "$dexel" mesh mixed --stats --frame 1; says 'mixed/b.mcap: a recording of dexeld among scans' err
+expect 1 "$dexel" info mixed; says 'mixed/b.mcap: a recording of dexeld among scans' out
+mv mixed/a.pcd mixed/c.pcd
+expect 1 "$dexel" mesh mixed --stats; says 'mixed/c.pcd: a scan among recordings' err
+expect 1 "$dexel" info mixed; says 'a scan among recordings' out
+expect 0 "$dexel" convert box mesh.mcap --ros mesh
+expect 1 "$dexel" mesh mesh.mcap --stats; says 'mesh.mcap: neither a recording of dexeld nor clouds' err
+expect 0 "$dexel" mesh box -o box.ply
+expect 1 "$dexel" info box.ply; says 'box.ply: a mesh, expected a scan or a recording' err
 
 # what is wrong is told, with the right status, and leaves nothing
 ls -A >before

@@ -360,6 +360,70 @@ static void merges_more_chunks_than_it_keeps(void **state)
     mem_free(&f);
 }
 
+enum { WIDE_CHUNKS = 18, WIDE_EACH = 120, WIDE_LEN = 8000 };
+
+/* Chunks more than the cache has slots, their messages interleaved: each needs another chunk. */
+static void write_interleaved(struct mem_file *f)
+{
+    static const uint8_t zeros[WIDE_LEN];
+    struct dx_mcap_writer_config c = small_config(DX_MCAP_LZ4);
+    const struct dx_mcap_sink sink = mem_sink(f);
+    struct dx_mcap_writer *w;
+
+    c.index_len = 1 << 16;
+    c.chunk_len = 1000000;
+    c.max_message = WIDE_LEN;
+    c.max_messages = 2 * WIDE_EACH;
+    w = new_writer(&c);
+    declare(w, 1, true);
+    assert_int_equal(dx_mcap_writer_begin(w, &sink), 0);
+    for (uint32_t k = 0; k < WIDE_CHUNKS * WIDE_EACH; k++) {
+        uint32_t at = k % WIDE_EACH * WIDE_CHUNKS + k / WIDE_EACH;
+        const struct dx_mcap_message m = {1, at, at, at, {zeros, WIDE_LEN}};
+
+        assert_int_equal(dx_mcap_writer_message(w, &m), 0);
+        if ((k + 1) % WIDE_EACH == 0)
+            assert_int_equal(dx_mcap_writer_flush(w), 0);
+    }
+    assert_int_equal(dx_mcap_writer_finish(w), 0);
+    dx_mcap_writer_free(w);
+}
+
+/* What a small file makes the reader decompress has a bound in order of log time, and in the file's
+ * order it is what the file has. */
+static void gives_up_chunks_that_overlap_too_much(void **state)
+{
+    const struct dx_mcap_query in_file = {.order = DX_MCAP_FILE_ORDER};
+    struct mem_file f = mem_new();
+    struct dx_mcap_message m;
+    struct dx_mcap_reader *r;
+    struct dx_mcap_iter *it;
+    uint32_t n = 0;
+    int rc;
+
+    (void)state;
+    write_interleaved(&f);
+    r = open_reader(&f, false);
+    it = new_iter(r, &in_file);
+    while ((rc = dx_mcap_iter_next(it, &m)) == 0)
+        n++;
+    assert_int_equal(rc, DX_MCAP_E_END);
+    assert_int_equal(n, WIDE_CHUNKS * WIDE_EACH);
+    dx_mcap_iter_free(it);
+
+    it = new_iter(r, NULL);
+    for (n = 0; (rc = dx_mcap_iter_next(it, &m)) == 0; n++)
+        assert_int_equal(m.sequence, n);
+    assert_int_equal(rc, -E2BIG);
+    assert_in_range(n, DX_MCAP_MAX_AGAIN / 1000000, WIDE_CHUNKS * WIDE_EACH - 1);
+    assert_non_null(strstr(dx_mcap_iter_why(it, rc), "overlap"));
+    assert_int_equal(dx_mcap_iter_next(it, &m), -E2BIG);
+    expect_sound(r);
+    dx_mcap_iter_free(it);
+    dx_mcap_reader_free(r);
+    mem_free(&f);
+}
+
 static void an_empty_recording_is_whole(void **state)
 {
     const struct dx_mcap_writer_config c = small_config(DX_MCAP_ZSTD);
@@ -391,6 +455,7 @@ int main(void)
         cmocka_unit_test(seeks_both_ways),
         cmocka_unit_test(reads_files_without_index),
         cmocka_unit_test(merges_more_chunks_than_it_keeps),
+        cmocka_unit_test(gives_up_chunks_that_overlap_too_much),
         cmocka_unit_test(an_empty_recording_is_whole),
     };
 
