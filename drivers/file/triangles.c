@@ -65,11 +65,12 @@ static int check(const struct dx_triangle_list *list, const struct dx_point_list
 {
     for (size_t k = 0; k < 3 * list->n; k++) {
         const uint32_t v = list->index[k];
-        const double *p = points->xyz + 3 * (size_t)v;
+        const double *p;
 
         if (v >= points->n)
             return dx_err_set(err, -EBADMSG, "triangle %zu: vertex %u, expected less than %zu",
                               k / 3, v, points->n);
+        p = points->xyz + 3 * (size_t)v;
         if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]))
             return dx_err_set(err, -EBADMSG, "vertex %u: a coordinate that is not finite", v);
     }

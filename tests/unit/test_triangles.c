@@ -120,6 +120,7 @@ static void refuses(void **state)
     } cases[] = {
         {"a.xyz", "1 2 3\n", "PLY, OBJ or STL"},
         {"a.obj", "v 0 0 0\nf 1 1 2\n", "triangle 0: vertex 1, expected less than 1"},
+        {"a.obj", "f 1 2 3\n", "triangle 0: vertex 0, expected less than 0"},
         {"a.obj", "v 0 0 0\nf 1 1 0\n", "line 2: "},
         {"a.obj", "v 0 0 0\nf 1 1 -2\n", "line 2: "},
         {"a.obj", "v 0 0 0\nf 1 1 1x", "line 2: "},
