@@ -64,7 +64,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-peers \
-        performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall clean help FORCE
+        bench-peers-clouds performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -80,6 +80,7 @@ help:
 	@echo 'make bench       benchmarks (ratios within one run)'
 	@echo 'make bench-live  a service of its own at 1 to 200 subscribers'
 	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
+	@echo 'make bench-peers-clouds  unorganized points through CGAL and, where it is, PCL (installs libcgal-dev)'
 	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
@@ -223,6 +224,8 @@ performance: all
 	@cp $(B)/performance.md docs/performance.md
 bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers.sh
+bench-peers-clouds: all
+	@B=$(B) sh tests/peers/bench_peers_clouds.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
 compare-scans: all $(PEERS)
 	@B=$(B) sh tests/peers/compare_scans.sh

@@ -3,6 +3,7 @@
 #include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/mesh_project.h"
+#include "tools/mesh_report.h"
 #include "tools/mesh_split.h"
 #include "tools/offline.h"
 #include "tools/out_mesh.h"
@@ -17,6 +18,7 @@ static const char help[] =
     "Meshes a scan file (or a frame of a directory or glob of files), or a recording.\n\n"
     "  -o OUT              the mesh; may be left out with --stats\n"
     "  --mode terrain      how (terrain); of unorganized points: --mode project --help\n"
+    "  --report            what a mesh file is, in numbers: --report --help\n"
     "  --frame N           which frame of a sequence, from 0 (the last)\n"
     "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
     "  --threads N         for the tiles (one a processor)\n"
@@ -261,6 +263,8 @@ int cmd_mesh(int argc, char **argv)
 
     if (dx_mesh_project_asked(argc, argv))
         return dx_mesh_project(argc, argv);
+    if (dx_mesh_report_asked(argc, argv))
+        return dx_mesh_report(argc, argv);
     rc = parse(&a, argc, argv);
     if (rc != 0)
         return rc == DX_ARG_E_HELP ? 0 : 2;

@@ -3,6 +3,7 @@
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/out_frames.h"
+#include "tools/sim_surface.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -10,7 +11,7 @@
 
 static const char help[] =
     "usage: dexel sim SCENE -o OUT [OPTIONS]\n"
-    "Simulates a range scanner in an analytic scene.\n\n"
+    "Simulates a range scanner in an analytic scene; unorganized points: --surface --help\n\n"
     "  -o OUT              a .ptx or .pcd file, or a directory for frame-NNNNNN files\n"
     "  --format ptx|pcd    of the files in a directory (ptx)\n"
     "  --list              the scenes\n"
@@ -223,8 +224,11 @@ int cmd_sim(int argc, char **argv)
 {
     struct dx_err err = {""};
     struct args a;
-    int r = parse(&a, argc, argv);
+    int r;
 
+    if (dx_sim_surface_asked(argc, argv))
+        return dx_sim_surface(argc, argv);
+    r = parse(&a, argc, argv);
     if (r != 0)
         return r == DX_ARG_E_HELP ? 0 : 2;
     if (a.list)

@@ -1,8 +1,10 @@
 /*
  * PLY: the vertices of a text header's element `vertex`, as text or binary of either byte order.
- * Elements before it are skipped, lists and all; what comes after is not looked at.
+ * Elements before it are skipped, lists and all. What comes after is not looked at, but for the
+ * faces of a mesh.
  */
 #include "drivers/file/points_priv.h"
+#include "drivers/file/triangles_priv.h"
 
 #include "core/base/bytes.h"
 #include "drivers/file/text_cursor.h"
@@ -31,6 +33,7 @@ struct property {
     bool is_list;
     enum scalar count_type;
     int axis; /* 0..2; -1: another */
+    bool is_face;
 };
 
 struct element {
@@ -46,6 +49,8 @@ struct ply {
     bool has_form;
     uint32_t n_elements;
     int vertex; /* the element; -1: none yet */
+    int face;
+    struct dx_triangle_list *triangles; /* NULL: faces are not wanted */
     struct element element[MAX_ELEMENTS];
     struct dx_text_cursor c; /* in the header, then in text data */
     struct dx_reader r;      /* in binary data */
@@ -91,13 +96,13 @@ static int read_form(struct ply *s)
 static int read_element(struct ply *s)
 {
     struct element *e = &s->element[s->n_elements];
-    const bool is_vertex = takes(&s->c, "vertex");
+    const bool is_vertex = takes(&s->c, "vertex"), is_face = !is_vertex && takes(&s->c, "face");
     const char *q;
     uint64_t n;
 
     if (s->n_elements == MAX_ELEMENTS)
         return dx_text_error(&s->c, s->c.p, "at most 16 elements");
-    if (!is_vertex && dx_text_next_word(&s->c)) /* its name */
+    if (!is_vertex && !is_face && dx_text_next_word(&s->c)) /* its name */
         while (!dx_text_ends_word(&s->c, s->c.p))
             s->c.p++;
     dx_text_next_word(&s->c);
@@ -107,6 +112,8 @@ static int read_element(struct ply *s)
     s->c.p = q;
     if (is_vertex && s->vertex < 0)
         s->vertex = (int)s->n_elements;
+    if (is_face && s->face < 0)
+        s->face = (int)s->n_elements;
     *e = (struct element){.n = (uint32_t)n};
     s->n_elements++;
     return 0;
@@ -133,6 +140,8 @@ static int read_property(struct ply *s)
     for (int k = 0; k < 3 && rc == 0 && !p.is_list; k++)
         if (takes(&s->c, axes[k]))
             p.axis = k;
+    p.is_face = rc == 0 && p.is_list && s->face == (int)s->n_elements - 1 &&
+                (takes(&s->c, "vertex_indices") || takes(&s->c, "vertex_index"));
     e->property[e->n_properties++] = p;
     return rc;
 }
@@ -194,8 +203,8 @@ static int take_binary(struct ply *s, enum scalar type, double *out)
     uint64_t v;
 
     if (!p)
-        return dx_err_set(s->c.err, -EBADMSG, "byte %zu: the file ends, expected more vertices",
-                          at);
+        return dx_err_set(s->c.err, -EBADMSG, "byte %zu: the file ends, expected more %s", at,
+                          s->triangles ? "vertices or faces" : "vertices");
     v = len == 1 ? *p : len == 2 ? dx_get_u16(p) : len == 4 ? dx_get_u32(p) : dx_get_u64(p);
     if (s->form == BIG)
         v = reversed(v, len);
@@ -228,12 +237,16 @@ static int take_value(struct ply *s, enum scalar type, double *out)
 static int take_property(struct ply *s, const struct property *p, double xyz[3])
 {
     double n = 1, value = 0;
+    struct dx_face face = {0};
     int rc = p->is_list ? take_value(s, p->count_type, &n) : 0;
 
     if (rc == 0 && !(n >= 0 && n <= DX_POINT_LIST_MAX))
         return dx_err_set(s->c.err, -EBADMSG, "a list of %g values, expected 0 or more", n);
-    for (double k = 0; k < n && rc == 0; k++)
+    for (double k = 0; k < n && rc == 0; k++) {
         rc = take_value(s, p->type, &value);
+        if (rc == 0 && p->is_face && s->triangles)
+            rc = dx_face_add(&face, s->triangles, value, s->c.err);
+    }
     if (p->axis >= 0)
         xyz[p->axis] = value;
     return rc;
@@ -261,12 +274,18 @@ static uint64_t least_len(const struct ply *s, const struct element *e)
     return len;
 }
 
+/* The last element that is wanted. */
+static int last_of(const struct ply *s)
+{
+    return s->triangles && s->face > s->vertex ? s->face : s->vertex;
+}
+
 static int check_len(const struct ply *s)
 {
     const uint64_t left = (uint64_t)(s->c.end - s->c.p);
     uint64_t least = 0;
 
-    for (int k = 0; k <= s->vertex; k++)
+    for (int k = 0; k <= last_of(s); k++)
         least += least_len(s, &s->element[k]) * s->element[k].n;
     if (left + 1 < least)
         return dx_err_set(s->c.err, -EBADMSG, "byte %zu: %llu bytes are left, expected %llu",
@@ -275,10 +294,14 @@ static int check_len(const struct ply *s)
     return 0;
 }
 
-static int ply_parse(struct dx_point_list *list, const uint8_t *bytes, size_t len,
-                     struct dx_err *err)
+int dx_triangles_ply_parse(struct dx_triangle_list *triangles, struct dx_point_list *list,
+                           const uint8_t *bytes, size_t len, struct dx_err *err)
 {
-    struct ply s = {.vertex = -1, .c = dx_text_cursor_init(bytes, len, err), .start = bytes};
+    struct ply s = {.vertex = -1,
+                    .face = -1,
+                    .triangles = triangles,
+                    .c = dx_text_cursor_init(bytes, len, err),
+                    .start = bytes};
     double xyz[3] = {NAN, NAN, NAN};
     int rc = read_header(&s);
 
@@ -289,7 +312,7 @@ static int ply_parse(struct dx_point_list *list, const uint8_t *bytes, size_t le
     if (rc < 0)
         return rc;
     s.r = dx_reader_init(s.c.p, (size_t)(s.c.end - s.c.p));
-    for (int e = 0; e <= s.vertex; e++)
+    for (int e = 0; e <= last_of(&s); e++)
         for (uint32_t k = 0; k < s.element[e].n && s.element[e].n_properties; k++) {
             rc = take_element(&s, &s.element[e], xyz);
             if (rc == 0 && e == s.vertex)
@@ -298,6 +321,12 @@ static int ply_parse(struct dx_point_list *list, const uint8_t *bytes, size_t le
                 return rc;
         }
     return 0;
+}
+
+static int ply_parse(struct dx_point_list *list, const uint8_t *bytes, size_t len,
+                     struct dx_err *err)
+{
+    return dx_triangles_ply_parse(NULL, list, bytes, len, err);
 }
 
 static bool ply_probe(const uint8_t *bytes, size_t len)
