@@ -1,6 +1,8 @@
 /* Which rigs cannot be, or would not be safe. Pure. */
 #include "drivers/rig.h"
 
+#include <string.h>
+
 bool dx_rig_is_wanted(const struct dx_rig_config *c)
 {
     return dx_gpio_where_given(c->interlock.line) || dx_gpio_where_given(c->laser.line) ||
@@ -23,8 +25,13 @@ static const char *check_lines(const struct dx_rig_config *c, const char **key)
 
     for (unsigned k = 0; k < sizeof(lines) / sizeof(lines[0]); k++) {
         *key = lines[k].key;
-        if (dx_gpio_where_given(lines[k].where) && dx_gpio_where_check(lines[k].where))
+        if (!dx_gpio_where_given(lines[k].where))
+            continue;
+        if (dx_gpio_where_check(lines[k].where))
             return dx_gpio_where_check(lines[k].where);
+        for (unsigned i = 0; i < k; i++)
+            if (dx_gpio_where_given(lines[i].where) && !strcmp(lines[i].where, lines[k].where))
+                return "a line has one purpose, and this one has another already";
     }
     return NULL;
 }
