@@ -31,7 +31,7 @@ static const char *check_lines(const struct dx_rig_config *c, const char **key)
             return dx_gpio_where_check(lines[k].where);
         for (unsigned i = 0; i < k; i++)
             if (dx_gpio_where_given(lines[i].where) && !strcmp(lines[i].where, lines[k].where))
-                return "a line has one purpose, and this one has another already";
+                return "this line has another purpose already";
     }
     return NULL;
 }
