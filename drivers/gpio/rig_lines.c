@@ -4,6 +4,7 @@
 #include <time.h>
 
 #define BATCH 64
+#define TURNS 4
 #define NS    1000000000u
 
 static void add(struct dx_rig *r, struct dx_gpio_line *lines, size_t *n, enum dx_rig_role role,
@@ -89,7 +90,8 @@ int dx_rig_listen(struct dx_rig *r, uint64_t now_ns, struct dx_err *err)
     struct dx_gpio_event events[BATCH];
     int n = 1;
 
-    while (n > 0) {
+    /* a bounded share at a time: a line that never rests must not keep the laser on */
+    for (int turn = 0; n > 0 && turn < TURNS; turn++) {
         n = r->port->ops->read(r->port, events, BATCH, err);
         for (int k = 0; k < n; k++)
             hear(r, &events[k]);
