@@ -305,7 +305,7 @@ static int open_part(struct dx_mcap_iter *it, uint32_t k)
  * that lies first in the file comes first, and so the others can wait. */
 static bool must_open(const struct dx_mcap_iter *it)
 {
-    const struct cursor *top = &it->heap[0];
+    const struct cursor *top;
     uint64_t time, start;
 
     if (it->next_part == it->n_parts)
@@ -314,6 +314,7 @@ static bool must_open(const struct dx_mcap_iter *it)
         return true;
     if (it->order != DX_MCAP_LOG_TIME)
         return false;
+    top = &it->heap[0];
     time = top->entries[top->next].log_time;
     start = part_of(it, it->parts[it->next_part])->start;
     return start < time || (start == time && it->parts[it->next_part] < top->part);
