@@ -2,21 +2,7 @@
 # dexel bench at tiny sizes: every table has its rows and its figures, in JSON, as text and as Markdown; a service is
 # measured at its subscribers; what is asked wrongly is refused with words. No figure is compared with another.
 set -u
-B=$(cd "${B:-build}" && pwd)
-. "$(dirname "$0")/../daemon.sh"
-dexel=$B/bin/dexel
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  want=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
-}
-says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
+. "$(dirname "$0")/../expect.sh"
 
 # values KEY: its numbers in out, one a line
 values() { grep -o "\"$1\": [-0-9.e+]*" out | sed 's/.*: //'; }

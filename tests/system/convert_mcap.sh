@@ -2,21 +2,7 @@
 # Scans to recordings and to messages of ROS and back: a recording of scans has the mesh of the scans in every tool
 # and in the service, clouds have the points that PCD has, and what cannot be is told with the right status.
 set -u
-B=$(cd "${B:-build}" && pwd)
-. "$(dirname "$0")/../daemon.sh"
-dexel=$B/bin/dexel
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  status=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$status" ] || { fail "exit $got, expected $status: $*"; cat err; }
-}
-says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
+. "$(dirname "$0")/../expect.sh"
 tells() { grep -qE -- "$1" out || { fail "expected '$1' in:"; cat out; }; }
 mesh() { "$dexel" mesh "$@" --stats 2>err | sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/'; cat err >&2; }
 # same WHAT A B: two digests

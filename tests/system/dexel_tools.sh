@@ -2,22 +2,7 @@
 # dexel mesh, cat, render, status over one simulated sequence: the service and the offline tool give the same
 # bytes, wrong input and usage give the promised exit status, and a failed write leaves nothing behind.
 set -u
-B=$(cd "${B:-build}" && pwd)
-. "$(dirname "$0")/../daemon.sh"
-dexel=$B/bin/dexel
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  want=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
-}
-says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
-digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
+. "$(dirname "$0")/../expect.sh"
 
 expect 0 "$dexel" sim hall -o seq --size 300x130 --frames 4 --noise 0.004 --dropouts 0.01 --attr 16
 expect 0 "$dexel" mesh seq --stats -o last.ply

@@ -2,24 +2,7 @@
 # Unorganized points through dexel mesh --mode project: the formats give one mesh, threads do not matter, the mesh's own
 # vertices give it again, wrong use and bad files are refused with words. Real clouds where there are any.
 set -u
-B=$(cd "${B:-build}" && pwd)
-dexel=$B/bin/dexel
-run=$(mktemp -d)
-trap 'rm -rf "$run"' EXIT
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  want=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
-}
-says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
-number() { sed -n 's/.*"'"$1"'": \([-0-9.e+]*\).*/\1/p' out; }
-digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
+. "$(dirname "$0")/../expect.sh"
 project() { expect 0 "$dexel" mesh --mode project "$@" --stats; }
 
 # A sphere of 2000 points, in thousandths so that text and float agree in every reader.

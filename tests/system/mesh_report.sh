@@ -2,22 +2,7 @@
 # dexel mesh --report: the formats of one mesh give one report, which agrees with what the mesher said of it; what is wrong
 # with a mesh is told; distances of the points it was made from are 0, of others theirs; wrong use and bad files are refused.
 set -u
-B=$(cd "${B:-build}" && pwd)
-dexel=$B/bin/dexel
-run=$(mktemp -d)
-trap 'rm -rf "$run"' EXIT
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  want=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
-}
-says() { grep -qF -- "$1" "${2:-err}" || { fail "expected '$1' in:"; cat "${2:-err}"; }; }
+. "$(dirname "$0")/../expect.sh"
 value() { sed -n 's/.*"'"$1"'": "\{0,1\}\([-+.0-9a-z]*\).*/\1/p' out; }
 values() { for name; do printf '%s ' "$(value "$name")"; done; }
 report() { expect 0 "$dexel" mesh --report --stats "$@"; }

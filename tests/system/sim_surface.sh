@@ -2,22 +2,7 @@
 # dexel sim --surface: every surface of the list gives a cloud, the same as PLY and as text and for the same seed; the closed
 # ones mesh to a manifold of their Euler characteristic; wrong use is refused and leaves nothing.
 set -u
-B=$(cd "${B:-build}" && pwd)
-dexel=$B/bin/dexel
-run=$(mktemp -d)
-trap 'rm -rf "$run"' EXIT
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  want=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
-}
-says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
+. "$(dirname "$0")/../expect.sh"
 value() { sed -n 's/.*"'"$1"'": "\{0,1\}\([-+.0-9a-z]*\).*/\1/p' out; }
 mesh() { expect 0 "$dexel" mesh --mode project "$@" --stats; }
 

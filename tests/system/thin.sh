@@ -2,23 +2,7 @@
 # Scans thinned into an array of chosen size: by dexel mesh, convert and render, and by the service, which gives the same
 # bytes; wrong use is refused with words. And the paper's table in small.
 set -u
-B=$(cd "${B:-build}" && pwd)
-. "$(dirname "$0")/../daemon.sh"
-dexel=$B/bin/dexel
-cd "$run" || exit 1
-bad=0
-
-fail() { echo "$*"; bad=1; }
-expect() { # STATUS COMMAND...; output in out and err
-  want=$1
-  shift
-  "$@" >out 2>err
-  got=$?
-  [ $got = "$want" ] || { fail "exit $got, expected $want: $*"; cat err; }
-}
-says() { grep -qF -- "$1" err || { fail "expected '$1' in:"; cat err; }; }
-number() { sed -n 's/.*"'"$1"'": \([-0-9.e+]*\).*/\1/p' out; }
-digest() { sed 's/.*"digest": "\([0-9a-f]*\)".*/\1/' out; }
+. "$(dirname "$0")/../expect.sh"
 
 expect 0 "$dexel" sim hall -o scan.pcd --size 600x400 --noise 0.002 --attr 16
 expect 0 "$dexel" mesh scan.pcd --stats
