@@ -14,6 +14,25 @@ int dx_arg_help(const char *text)
     return DX_ARG_E_HELP;
 }
 
+int dx_arg_options(int argc, char **argv, const struct option *options, int help_value,
+                   const char *help,
+                   int (*set)(void *ctx, int opt, const char *name, const char *text), void *ctx)
+{
+    int opt, index = 0;
+
+    while ((opt = getopt_long(argc, argv, "o:", options, &index)) != -1) {
+        char name[32] = "-o";
+
+        if (opt == help_value)
+            return dx_arg_help(help);
+        if (opt >= 256)
+            snprintf(name, sizeof(name), "--%s", options[index].name);
+        if (set(ctx, opt, name, optarg) < 0)
+            return -EINVAL;
+    }
+    return 0;
+}
+
 int dx_arg_bad(const struct dx_arg *arg, const char *expected, ...)
 {
     va_list ap;

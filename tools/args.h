@@ -18,6 +18,12 @@
 #define DX_ARG_E_HELP 1
 int dx_arg_help(const char *text);
 
+/* Goes through the options of argv and gives each to set(), with its name for messages ("--size",
+ * "-o"). `help_value` is that of --help. 0; DX_ARG_E_HELP; -EINVAL, said by getopt or by set(). */
+int dx_arg_options(int argc, char **argv, const struct option *options, int help_value,
+                   const char *help,
+                   int (*set)(void *ctx, int opt, const char *name, const char *text), void *ctx);
+
 /* Where a value stands, for the message. */
 struct dx_arg {
     const char *command; /* "dexel mesh" */

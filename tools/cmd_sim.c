@@ -81,8 +81,9 @@ static int set_format(struct args *a, const struct dx_arg *arg)
 }
 
 /* Negative: wrong, and said so. */
-static int set_option(struct args *a, int opt, const char *name, const char *text)
+static int set_option(void *args, int opt, const char *name, const char *text)
 {
+    struct args *a = args;
     const struct dx_arg arg = {"dexel sim", name, text};
     struct dx_scene_config *c = &a->config;
 
@@ -153,23 +154,14 @@ static int settle_scene(struct args *a, const char *name)
 static int parse(struct args *a, int argc, char **argv)
 {
     const char *name;
-    int opt, index = 0;
+    int r;
 
     *a = (struct args){.n_frames = 1};
     dx_scene_config_default(&a->config, DX_SCENE_HALL);
     a->config.attr_bytes = 1;
-    while ((opt = getopt_long(argc, argv, "o:", options, &index)) != -1) {
-        char option[32] = "-o";
-
-        if (opt == OPT_HELP)
-            return dx_arg_help(help);
-        if (opt >= 256)
-            snprintf(option, sizeof(option), "--%s", options[index].name);
-        if (set_option(a, opt, option, optarg) < 0)
-            return -EINVAL;
-    }
-    if (a->list)
-        return 0;
+    r = dx_arg_options(argc, argv, options, OPT_HELP, help, set_option, a);
+    if (r || a->list)
+        return r;
     name = dx_arg_operand(argc, argv, "a scene");
     return name ? settle_scene(a, name) : -EINVAL;
 }

@@ -61,8 +61,9 @@ bool dx_sim_surface_asked(int argc, char **argv)
 }
 
 /* Negative: wrong, and said so. */
-static int set_option(struct args *a, int opt, const char *name, const char *text)
+static int set_option(void *args, int opt, const char *name, const char *text)
 {
+    struct args *a = args;
     const struct dx_arg arg = {"dexel sim", name, text};
     struct dx_surface_config *c = &a->config;
     uint64_t n = 0;
@@ -127,21 +128,12 @@ static int settle(struct args *a, const char *name)
 static int parse(struct args *a, int argc, char **argv)
 {
     const char *name;
-    int opt, index = 0;
+    int r;
 
     *a = (struct args){.config = {.n = 10000, .gap = 4, .seed = 1}};
-    while ((opt = getopt_long(argc, argv, "o:", options, &index)) != -1) {
-        char option[32] = "-o";
-
-        if (opt == OPT_HELP)
-            return dx_arg_help(help);
-        if (opt >= 256)
-            snprintf(option, sizeof(option), "--%s", options[index].name);
-        if (set_option(a, opt, option, optarg) < 0)
-            return -EINVAL;
-    }
-    if (a->list)
-        return 0;
+    r = dx_arg_options(argc, argv, options, OPT_HELP, help, set_option, a);
+    if (r || a->list)
+        return r;
     name = dx_arg_operand(argc, argv, "a surface");
     return name ? settle(a, name) : -EINVAL;
 }

@@ -43,13 +43,7 @@ static int find(const struct dx_gpio_bank *bank, const char *where, struct dx_gp
                 struct dx_err *err)
 {
     (void)bank;
-    if (dx_gpio_where_check(where))
-        return dx_err_set(err, -EINVAL, "gpio line %s: %s", where ? where : "",
-                          dx_gpio_where_check(where));
-    if (dx_gpio_where_split(where, place->chip, sizeof(place->chip), &place->offset) ||
-        dx_gpio_find_name(where, offset_on, place))
-        return 0;
-    return dx_gpio_fail(err, -ENOENT, where, "no chip has a line of this name");
+    return dx_gpio_find(where, offset_on, place, err);
 }
 
 static void release(struct dx_gpio_port *port)

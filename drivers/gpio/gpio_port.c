@@ -59,8 +59,9 @@ const char *dx_gpio_where_check(const char *where)
     return strlen(where) < MAX_NAME ? NULL : "names of lines have at most 31 bytes";
 }
 
-bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, const char *name),
-                       struct dx_gpio_place *place)
+/* Looks through the chips in /dev. */
+static bool find_name(const char *name, int (*offset_on)(const char *path, const char *name),
+                      struct dx_gpio_place *place)
 {
     DIR *dir = opendir("/dev");
     const struct dirent *d;
@@ -77,6 +78,19 @@ bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, cons
         closedir(dir);
     place->offset = (uint32_t)offset;
     return offset >= 0;
+}
+
+int dx_gpio_find(const char *where, int (*offset_on)(const char *path, const char *name),
+                 struct dx_gpio_place *place, struct dx_err *err)
+{
+    const char *why = dx_gpio_where_check(where);
+
+    if (why)
+        return dx_err_set(err, -EINVAL, "gpio line %s: %s", where ? where : "", why);
+    if (dx_gpio_where_split(where, place->chip, sizeof(place->chip), &place->offset) ||
+        (offset_on && find_name(where, offset_on, place)))
+        return 0;
+    return dx_gpio_fail(err, -ENOENT, where, "no chip has a line of this name");
 }
 
 int dx_gpio_fail(struct dx_err *err, int code, const char *where, const char *what)

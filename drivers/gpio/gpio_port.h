@@ -84,10 +84,10 @@ struct dx_gpio_port {
 /* "CHIP:OFFSET" in two; false: it is a line's name. */
 bool dx_gpio_where_split(const char *where, char *chip, size_t chip_len, uint32_t *offset);
 
-/* Looks through the chips in /dev for a line of this name; `offset_on` tells its offset on a chip,
- * or -1. */
-bool dx_gpio_find_name(const char *name, int (*offset_on)(const char *path, const char *name),
-                       struct dx_gpio_place *place);
+/* The find() of dx_gpio_ops: `offset_on` tells the offset of a line of this name on a chip, or -1.
+ * NULL: lines have no names. */
+int dx_gpio_find(const char *where, int (*offset_on)(const char *path, const char *name),
+                 struct dx_gpio_place *place, struct dx_err *err);
 
 /* "gpio line WHERE: what: why"; a code of 0 becomes -EIO. */
 int dx_gpio_fail(struct dx_err *err, int code, const char *where, const char *what);
