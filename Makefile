@@ -29,7 +29,7 @@ WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-protot
 # Topology is integer; f32 points must not depend on fused multiply-add (docs/terrain.md).
 # gcc 12 has dropped calls of a function whose stores its -fivopts had given addresses relative to another
 # array: its later passes take those for accesses at null, and the function for one without effects.
-NO_IVOPTS := $(if $(findstring clang,$(shell $(CC) --version)),,-fno-ivopts)
+NO_IVOPTS := $(if $(findstring clang,$(shell $(CC) --version 2>/dev/null)),,-fno-ivopts)
 BASE_CFLAGS := -std=gnu17 $(OPT) $(NO_IVOPTS) -g $(WARN) -ffp-contract=off -fPIC \
                -fvisibility=hidden -pthread
 CPPFLAGS += -I. -D_GNU_SOURCE -DDEXELD_VERSION='"$(VERSION)"'
@@ -39,7 +39,7 @@ ALL_CFLAGS = $(BASE_CFLAGS) $(CPPFLAGS) $(PKG_CFLAGS) $(CFLAGS) $(SAN)
 ALL_LDFLAGS = -pthread $(LDFLAGS) $(SAN)
 
 # Loops of their own file for an instruction set (core/rows/rows.h).
-NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
+NOT_HERE := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine 2>/dev/null)),,core/rows/rows_avx2.c core/rows/rows_avx512.c)
 
 # Which libgpiod there is: the other one's back end is left out (drivers/gpio/gpio_port.h).
 NOT_HERE += $(if $(filter 1.%,$(shell pkg-config --modversion libgpiod 2>/dev/null)),drivers/gpio/gpio_libgpiod2.c,drivers/gpio/gpio_libgpiod1.c)

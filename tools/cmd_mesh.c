@@ -82,7 +82,7 @@ struct args {
 
 static int set_value(struct args *a, int opt, const char *text)
 {
-    static const char *const modes[] = {"terrain", NULL};
+    static const char *const modes[] = {"terrain", "project", NULL}; /* the other: mesh_project.c */
     static const char *const encodings[] = {
         [DX_ENCODING_F32] = "f32", [DX_ENCODING_Q16] = "q16", [DX_ENCODING_DELTA] = "delta", NULL};
     uint64_t n = 0;
