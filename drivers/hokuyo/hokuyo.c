@@ -1,16 +1,16 @@
 /*
- * The driver: a link, a session on it, an angle source, and for decoding a stage. read() drives the
- * session until a scan is whole; the block is made around the scan's bytes where they lie. Owned by
- * the reader thread; wake() from any.
+ * The driver: a link, a session on it, and an angle source; or a decoder. read() drives the session
+ * until a scan is whole; the block is made around the scan's bytes where they lie. Owned by the
+ * reader thread; wake() from any.
  */
 #include "drivers/hokuyo/hokuyo.h"
 
 #include "drivers/hokuyo/hokuyo_probe.h"
 #include "drivers/hokuyo/scip_block.h"
+#include "drivers/hokuyo/scip_decoder.h"
 #include "drivers/hokuyo/scip_link.h"
 #include "drivers/hokuyo/scip_session.h"
 
-#include "core/base/trig.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
@@ -26,8 +26,6 @@
 
 struct dx_device {
     struct dx_hokuyo_config config; /* without its texts */
-
-    /* the device's half */
     struct dx_scip_link *link;
     struct dx_scip_session session;
     struct dx_angle_source *angle;
@@ -40,14 +38,7 @@ struct dx_device {
     uint64_t n_blocks;
     struct dx_angle_sample samples[DX_SCIP_BLOCK_ANGLES];
 
-    /* the decoder's half */
-    struct dx_turning_stage *stage;
-    uint32_t n;          /* values that the arrays hold */
-    uint32_t *range;     /* [n] */
-    uint16_t *intensity; /* [n] */
-    char model[32];
-    uint64_t n_scans;
-    struct dx_scip_tally tally; /* of the last scan */
+    struct dx_scip_decoder *decoder; /* NULL: this is the device's half */
 };
 
 static void hokuyo_close(struct dx_device *dev)
@@ -57,9 +48,7 @@ static void hokuyo_close(struct dx_device *dev)
     dx_scip_link_close(dev->link);
     dx_scip_session_fini(&dev->session);
     dx_angle_close(dev->angle);
-    dx_stage_free(dev->stage);
-    free(dev->range);
-    free(dev->intensity);
+    dx_scip_decoder_free(dev->decoder);
     free(dev);
 }
 
@@ -86,7 +75,7 @@ static int open_decoder(struct dx_device **out, const void *config, struct dx_er
 
     if (r)
         return r;
-    r = dx_stage_new(&dev->stage, &dev->config.stage, err);
+    r = dx_scip_decoder_new(&dev->decoder, &dev->config, err);
     if (r) {
         hokuyo_close(dev);
         return r;
@@ -111,7 +100,7 @@ static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err
 {
     const struct dx_hokuyo_config *c = config;
     struct dx_device *dev = NULL;
-    int r = open_decoder(&dev, config, err);
+    int r = new_device(&dev, c, err);
 
     if (r)
         return r;
@@ -319,118 +308,14 @@ static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_
     return 0;
 }
 
-/* ---- decode -----------------------------------------------------------------------------------
+/* ---- the rest ---------------------------------------------------------------------------------
  */
-
-static int hold(struct dx_device *dev, uint32_t n, struct dx_err *err)
-{
-    if (n <= dev->n)
-        return 0;
-    free(dev->range);
-    free(dev->intensity);
-    dev->range = calloc(n, sizeof(*dev->range));
-    dev->intensity = calloc(n, sizeof(*dev->intensity));
-    dev->n = dev->range && dev->intensity ? n : 0;
-    return dev->n ? 0 : dx_err_set(err, -ENOMEM, "hokuyo: no memory");
-}
-
-static struct dx_line_shape shape_of(const struct dx_scip_block *b, uint32_t n, uint8_t attr_bytes)
-{
-    double step = 2 * DX_PI / b->params.ares, centre = b->first + (b->cluster - 1) / 2.0;
-
-    return (struct dx_line_shape){
-        .n = n,
-        .angle0_rad = (centre - b->params.afrt) * step,
-        .step_rad = step * b->cluster,
-        .max_m = b->params.dmax * 0.001,
-        .lines_s = 1e9 / dx_scip_period_ns(&b->params) / (b->skip + 1),
-        .attr_bytes = attr_bytes,
-    };
-}
-
-static struct dx_line line_of(const struct dx_device *dev, const struct dx_scip_block *b,
-                              struct dx_angle_sample *angles, const struct dx_block *block)
-{
-    double step_ns = dx_scip_period_ns(&b->params) / b->params.ares;
-
-    for (uint32_t k = 0; k < b->n_angles; k++)
-        angles[k] = dx_scip_block_angle(b, k);
-    return (struct dx_line){
-        .host_ns = b->host_ns + (uint64_t)(step_ns * (b->first + (b->cluster - 1) / 2.0)),
-        .step_ns = step_ns * b->cluster,
-        .range = dev->range,
-        .attr = dev->config.attr_bytes ? dev->intensity : NULL,
-        .angle = angles,
-        .n_angles = b->n_angles,
-        .stamp = block->stamp,
-    };
-}
-
-static enum dx_scip_echo choice(const struct dx_hokuyo_config *c)
-{
-    return c->echo == DX_HOKUYO_ECHO_LAST        ? DX_SCIP_LAST
-           : c->echo == DX_HOKUYO_ECHO_STRONGEST ? DX_SCIP_STRONGEST
-                                                 : DX_SCIP_FIRST;
-}
-
-/* A block's ranges into dev->range. */
-static int unpack(struct dx_device *dev, const struct dx_scip_block *b, uint32_t n,
-                  struct dx_err *err)
-{
-    struct dx_scip_format format;
-    struct dx_scip_head head;
-    int r = hold(dev, n, err);
-
-    if (r)
-        return r;
-    if (!dx_scip_format_of(&format, b->command))
-        return dx_err_set(err, -EBADMSG, "byte 14: unknown command");
-    if (!dx_scip_scan_check(&head, b->scan, b->scan_len))
-        return dx_err_set(err, -EBADMSG, "byte %zu: a damaged scan",
-                          DX_SCIP_BLOCK_HEADER + b->n_angles * (size_t)DX_SCIP_BLOCK_SAMPLE);
-    return dx_scip_scan_decode(dev->range, NULL, dev->intensity, n, &dev->tally, &b->params,
-                               &format, choice(&dev->config), head.data, err);
-}
-
-static int spoilt(const struct dx_block *block, int r, struct dx_err *err)
-{
-    char where[96];
-
-    snprintf(where, sizeof(where), "%.60s: block %llu", block->source ? block->source : "?",
-             (unsigned long long)block->number);
-    dx_err_prefix(err, where);
-    return r == -EBADMSG || r == -EINVAL ? DX_DRIVER_E_CORRUPT : r;
-}
 
 static int hokuyo_decode(struct dx_device *dev, const struct dx_block *block,
                          const struct dx_frame_sink *sink, struct dx_err *err)
 {
-    struct dx_scip_block b;
-    struct dx_line_shape shape;
-    struct dx_line line;
-    uint32_t n;
-    int r = dx_scip_block_get(&b, block->bytes, block->len, err);
-
-    if (block->first)
-        dx_stage_restart(dev->stage);
-    if (r)
-        return spoilt(block, r, err);
-    n = dx_scip_n_values(b.first, b.last, b.cluster);
-    r = unpack(dev, &b, n, err);
-    if (r)
-        return spoilt(block, r, err);
-    shape = shape_of(&b, n, dev->config.attr_bytes);
-    r = dx_stage_shape(dev->stage, &shape, sink, err);
-    if (r)
-        return r < 0 ? spoilt(block, r, err) : r;
-    memcpy(dev->model, b.params.model, sizeof(dev->model));
-    line = line_of(dev, &b, dev->samples, block);
-    dev->n_scans++;
-    return dx_stage_put(dev->stage, &line, sink);
+    return dx_scip_decoder_decode(dev->decoder, block, sink, err);
 }
-
-/* ---- the rest ---------------------------------------------------------------------------------
- */
 
 static void hokuyo_wake(struct dx_device *dev)
 {
@@ -461,21 +346,10 @@ static void hokuyo_health(const struct dx_device *dev, struct dx_device_health *
 
 static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)
 {
-    const struct dx_geometry *g = dx_stage_geometry(dev->stage);
-    struct dx_stage_counts c = dx_stage_counts(dev->stage);
-
-    if (!g) {
-        snprintf(text, len, "hokuyo: no scan yet");
-        return;
-    }
-    snprintf(
-        text, len,
-        "%s: %llu scans, %ux%u, %s; the last one: %u returns, %u codes, %u beyond; values late "
-        "%llu, outside %llu, of unknown angle %llu",
-        dev->model, (unsigned long long)dev->n_scans, g->width, g->height,
-        dx_stage_layout_text(dev->stage), dev->tally.n_returns, dev->tally.n_near, dev->tally.n_far,
-        (unsigned long long)c.n_late, (unsigned long long)c.n_outside,
-        (unsigned long long)c.n_uncertain);
+    if (dev->decoder)
+        dx_scip_decoder_describe(dev->decoder, text, len);
+    else
+        snprintf(text, len, "hokuyo: %s", dev->session.identity.serial);
 }
 
 static const char *const subsystems[] = {"usb", "tty", NULL};
