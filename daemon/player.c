@@ -175,6 +175,16 @@ static int go_to(struct dx_device *dev, uint64_t time, struct dx_err *err)
     return rc;
 }
 
+/* Where a seek goes: within the stretch that is played. */
+static uint64_t seek_time(const struct dx_device *dev)
+{
+    uint64_t time = log_time_at(dev, dev->seek_s);
+
+    if (time < dev->start)
+        return dev->start;
+    return time < dev->end ? time : dev->end;
+}
+
 /* What was asked for since the last time. 0; AGAIN: nothing to play now; negative. */
 static int obey(struct dx_device *dev, bool *idle, struct dx_err *err)
 {
@@ -184,14 +194,10 @@ static int obey(struct dx_device *dev, bool *idle, struct dx_err *err)
     pthread_mutex_lock(&dev->lock);
     seeks = dev->wants_seek;
     rate = dev->new_rate;
-    if (seeks)
-        time = log_time_at(dev, dev->seek_s);
-    if (seeks && time < dev->start)
-        time = dev->start;
-    if (seeks && time > dev->end)
-        time = dev->end;
-    if (seeks)
+    if (seeks) {
+        time = seek_time(dev);
         dev->status.position_s = (double)(time - dx_playlist_start(dev->list)) * 1e-9;
+    }
     dev->wants_seek = dev->new_rate = false;
     dev->pace.rate = dev->status.rate;
     *idle = dev->status.paused && dev->n_steps == 0;

@@ -3,6 +3,7 @@
 
 #include "drivers/file/cloud_bag.h"
 #include "drivers/file/file_list.h"
+#include "drivers/file/recording_join.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -32,12 +33,7 @@ struct dx_playlist {
     struct dx_mcap_iter *iter;
     bool seeking; /* blocks are passed over up to the start of a frame */
 
-    /* the block that is put together */
-    uint8_t *bytes;
-    size_t len, cap;
-    bool is_open;
-    struct dx_recording_piece first;
-    char source[DX_RECORDING_MAX_SOURCE + 1];
+    struct dx_recording_join join;
 };
 
 /* The first bytes of a file, as many as there are; negative errno. */
@@ -308,7 +304,7 @@ void dx_playlist_free(struct dx_playlist *p)
     dx_file_list_fini(&p->list);
     free(p->spans);
     free(p->config);
-    free(p->bytes);
+    dx_recording_join_fini(&p->join);
     free(p);
 }
 
@@ -344,74 +340,17 @@ uint64_t dx_playlist_end(const struct dx_playlist *p)
 /* ---- blocks ----------------------------------------------------------------------------------
  */
 
-static int make_room(struct dx_playlist *p, size_t len)
-{
-    size_t cap = p->cap ? p->cap : (size_t)1 << 16;
-    uint8_t *more;
-
-    while (cap < len)
-        cap *= 2;
-    if (cap == p->cap)
-        return 0;
-    more = realloc(p->bytes, cap);
-    if (!more)
-        return -ENOMEM;
-    p->bytes = more;
-    p->cap = cap;
-    return 0;
-}
-
-/* Does the piece go on where the block that is open stands? */
-static bool follows(const struct dx_playlist *p, const struct dx_recording_piece *piece)
-{
-    return p->is_open && piece->number == p->first.number && piece->offset == p->len &&
-           piece->block_len == p->first.block_len;
-}
-
-/* Takes a piece; 1: the block is whole, 0: not yet, or the piece is of no use; -ENOMEM. Memory
- * grows with the bytes that are there, not with what a piece says of its block. */
-static int take_piece(struct dx_playlist *p, const struct dx_recording_piece *piece)
-{
-    int rc;
-
-    if (piece->offset == 0) {
-        p->is_open = !p->seeking || (piece->flags & DX_RECORDING_STARTS_FRAME);
-        p->first = *piece;
-        p->len = 0;
-        memcpy(p->source, piece->source, piece->source_len);
-        p->source[piece->source_len] = '\0';
-    } else if (!follows(p, piece)) {
-        p->is_open = false;
-    }
-    if (!p->is_open)
-        return 0;
-    rc = make_room(p, p->len + piece->len);
-    if (rc)
-        return rc;
-    if (piece->len)
-        memcpy(p->bytes + p->len, piece->bytes, piece->len);
-    p->len += piece->len;
-    return p->len == p->first.block_len;
-}
-
 static void give(struct dx_playlist *p, struct dx_playlist_block *out, uint64_t time)
 {
-    p->is_open = false;
     p->seeking = false;
     *out = (struct dx_playlist_block){
-        .block = {.bytes = p->len ? p->bytes : NULL,
-                  .len = p->len,
-                  .stamp = {.device_ns = p->first.device_ns, .clock_id = p->first.clock_id},
-                  .number = p->first.number,
-                  .first = p->first.flags & DX_RECORDING_FIRST,
-                  .source = p->source},
+        .block = dx_recording_joined(&p->join),
         .log_time = time,
-        .starts_frame = p->first.flags & DX_RECORDING_STARTS_FRAME,
+        .starts_frame = p->join.first.flags & DX_RECORDING_STARTS_FRAME,
     };
 }
 
-/* Of the open file. */
-/* Once, however often it is played. */
+/* Of the open file; once, however often it is played. */
 static void tell_damage(struct dx_playlist *p)
 {
     uint64_t n = dx_mcap_reader_damages(p->reader);
@@ -451,7 +390,7 @@ int dx_playlist_next(struct dx_playlist *p, struct dx_playlist_block *out, struc
             report(p, "%s: message %u is no block", p->list.paths[p->file], m.sequence);
             continue;
         }
-        rc = take_piece(p, &piece);
+        rc = dx_recording_join_take(&p->join, &piece, p->seeking);
         if (rc < 0)
             return dx_err_set(err, rc, "%s: no memory for a block of %llu bytes",
                               p->list.paths[p->file], (unsigned long long)piece.block_len);
@@ -474,7 +413,7 @@ int dx_playlist_seek(struct dx_playlist *p, uint64_t time, struct dx_err *err)
         return rc;
     if (time > p->spans[k].start)
         dx_mcap_iter_seek(p->iter, time);
-    p->is_open = false;
+    dx_recording_join_drop(&p->join);
     p->seeking = true;
     return 0;
 }
