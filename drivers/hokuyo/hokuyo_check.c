@@ -1,7 +1,18 @@
 /* What of a configuration does not go together. */
 #include "drivers/hokuyo/hokuyo.h"
 
-#include <stddef.h>
+#include "drivers/hokuyo/scip_link.h"
+
+#include <stdio.h>
+
+static bool is_address(const char *tcp)
+{
+    const char *host, *port;
+    char text[300];
+
+    return snprintf(text, sizeof(text), "%s", tcp) < (int)sizeof(text) &&
+           dx_scip_tcp_split(text, &host, &port);
+}
 
 const char *dx_hokuyo_check(const struct dx_hokuyo_config *c)
 {
@@ -12,6 +23,8 @@ const char *dx_hokuyo_check(const struct dx_hokuyo_config *c)
         n += ways[k] && ways[k][0];
     if (n > 1)
         return "found several of tty, tcp and port, expected one";
+    if (c->tcp && c->tcp[0] && !is_address(c->tcp))
+        return "found a tcp that is no address, expected HOST or HOST:PORT";
     if (c->first_step >= 0 && c->last_step >= 0 && c->first_step >= c->last_step)
         return "found a last_step that is not behind first_step";
     return dx_stage_check(&c->stage);

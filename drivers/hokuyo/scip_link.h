@@ -28,6 +28,8 @@ struct dx_scip_link {
 int dx_scip_link_open_tty(struct dx_scip_link **out, const char *path, uint32_t baud,
                           struct dx_err *err);
 int dx_scip_link_open_tcp(struct dx_scip_link **out, const char *address, struct dx_err *err);
+/* "host", "host:port", "[v6]:port" to its parts, within `text`. False: it is none of them. */
+bool dx_scip_tcp_split(char *text, const char **host, const char **port);
 int dx_scip_link_open_usb(struct dx_scip_link **out, const char *port, struct dx_err *err);
 
 /* By what the configuration names. */

@@ -7,6 +7,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -15,22 +16,33 @@
 #define CONNECT_MS 2000
 #define DEAD_MS    5000 /* unanswered bytes, or probes, for so long: the scanner is gone */
 
-/* "host", "host:port", "[v6]:port" to its parts, within `text`. */
-static void split(char *text, const char **host, const char **port)
+/* Digits of a port, 1 to 65535. */
+static bool is_port(const char *text)
+{
+    size_t len = strspn(text, "0123456789");
+    unsigned long n = len && len <= 5 && !text[len] ? strtoul(text, NULL, 10) : 0;
+
+    return n >= 1 && n <= 65535;
+}
+
+bool dx_scip_tcp_split(char *text, const char **host, const char **port)
 {
     char *colon = strrchr(text, ':'), *bracket = strrchr(text, ']');
 
     *host = text;
     *port = PORT;
-    if (text[0] == '[' && bracket) {
+    if (text[0] == '[') {
         *host = text + 1;
-        *bracket = 0;
-        if (bracket[1] == ':')
+        if (!bracket || (bracket[1] && bracket[1] != ':'))
+            return false;
+        if (bracket[1])
             *port = bracket + 2;
+        *bracket = 0;
     } else if (colon && strchr(text, ':') == colon) {
         *colon = 0;
         *port = colon + 1;
     }
+    return **host && is_port(*port);
 }
 
 static void set_up(int fd)
@@ -81,7 +93,8 @@ int dx_scip_link_open_tcp(struct dx_scip_link **out, const char *address, struct
 
     if (snprintf(text, sizeof(text), "%s", address) >= (int)sizeof(text))
         return dx_err_set(err, -EINVAL, "tcp: an address of more than %zu bytes", sizeof(text) - 1);
-    split(text, &host, &port);
+    if (!dx_scip_tcp_split(text, &host, &port))
+        return dx_err_set(err, -EINVAL, "tcp: found '%s', expected HOST or HOST:PORT", address);
     snprintf(place, sizeof(place), "%.100s:%.20s", host, port);
     r = getaddrinfo(host, port, &hints, &list);
     if (r)

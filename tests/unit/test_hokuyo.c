@@ -250,14 +250,34 @@ static void refuses_what_does_not_go_together(void **state)
     assert_int_equal(dx_hokuyo_driver.open(&dev, &c, &err), -EINVAL);
 }
 
+/* What is no address is refused before anything is looked for. */
+static void checks_addresses(void **state)
+{
+    static const char *const good[] = {"192.168.0.10", "host:1",          "host:65535",
+                                       "[::1]",        "[fe80::1]:10940", "fe80::1"};
+    static const char *const bad[] = {":",          "host:",         ":10940",  "host:0",
+                                      "host:65536", "host:99999999", "host:1x", "[::1",
+                                      "[::1]x",     "[::1]:",        "[]"};
+    struct dx_hokuyo_config c = {.stage = {.angle = {.rpm = 1}}};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof(good) / sizeof(good[0]); k++) {
+        c.tcp = (char *)(uintptr_t)good[k];
+        assert_null(strstr(dx_hokuyo_check(&c) ? dx_hokuyo_check(&c) : "", "address"));
+    }
+    for (size_t k = 0; k < sizeof(bad) / sizeof(bad[0]); k++) {
+        c.tcp = (char *)(uintptr_t)bad[k];
+        assert_non_null(dx_hokuyo_check(&c));
+        assert_non_null(strstr(dx_hokuyo_check(&c), "address"));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(decodes),
-        cmocka_unit_test(header_comes_back),
-        cmocka_unit_test(chooses_echoes),
-        cmocka_unit_test(damaged_blocks),
-        cmocka_unit_test(refuses_what_does_not_go_together),
+        cmocka_unit_test(checks_addresses),  cmocka_unit_test(decodes),
+        cmocka_unit_test(header_comes_back), cmocka_unit_test(chooses_echoes),
+        cmocka_unit_test(damaged_blocks),    cmocka_unit_test(refuses_what_does_not_go_together),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
