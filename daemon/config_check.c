@@ -73,6 +73,32 @@ static int check_v4l2(const struct check *c, uint32_t n)
     return 0;
 }
 
+/* Is it the same text, of a device that one stream alone can have? */
+static bool is_shared(const char *a, const char *b)
+{
+    return a && b && *a && !strcmp(a, b);
+}
+
+/* Two readers of one tty would each get half of what the scanner says. */
+static int check_scanner_is_ours(const struct check *c, uint32_t n)
+{
+    const struct dx_hokuyo_config *h = &c->config->streams[n].source.hokuyo;
+
+    for (uint32_t k = 0; k < n; k++) {
+        const struct dx_hokuyo_config *other = &c->config->streams[k].source.hokuyo;
+
+        if (strcmp(c->config->streams[k].driver, "hokuyo"))
+            continue;
+        if (is_shared(h->tty, other->tty))
+            return fail_stream(c, n, "hokuyo.tty",
+                               "found that of another stream, expected its own");
+        if (is_shared(h->tcp, other->tcp))
+            return fail_stream(c, n, "hokuyo.tcp",
+                               "found that of another stream, expected its own");
+    }
+    return 0;
+}
+
 static int check_hokuyo(const struct check *c, uint32_t n)
 {
     const struct dx_stream_config *s = &c->config->streams[n];
@@ -85,7 +111,7 @@ static int check_hokuyo(const struct check *c, uint32_t n)
     if (why)
         return fail_stream(c, n, "hokuyo", why);
     why = h->stage.exact ? dx_terrain_params_check_exact(&s->mesh) : NULL;
-    return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : 0;
+    return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : check_scanner_is_ours(c, n);
 }
 
 static int check_gpio(const struct check *c, uint32_t n)

@@ -252,6 +252,12 @@ static void test_together(void **state)
     static const struct bad bad[] = {
         {SYNTHETIC "  - name: a\n    synthetic:\n",
          "t.yaml:4:11: streams[1].name: found 'a', already the name of streams[0] (line 2)"},
+        {SYNTHETIC "    record: {path: /r.mcap}\n"
+                   "  - name: b\n    synthetic:\n    record: {path: /r.mcap}\n",
+         "t.yaml:7:20: streams[1].record.path: found that of another stream, expected its own"},
+        {STREAM "    hokuyo: {tty: /dev/x, stage: {rpm: 1}}\n"
+                "  - name: b\n    hokuyo: {tty: /dev/x, stage: {rpm: 1}}\n",
+         "t.yaml:5:19: streams[1].hokuyo.tty: found that of another stream, expected its own"},
         {"socket: /a\ncontrol_socket: /a\n" SYNTHETIC,
          "t.yaml:2:17: control_socket: found the path of socket, expected another"},
         {"socket: /run/dexeld/control.sock\n" SYNTHETIC,
