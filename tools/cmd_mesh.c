@@ -2,7 +2,7 @@
 #include "core/wire/wire.h"
 #include "tools/now.h"
 #include "tools/cmd.h"
-#include "tools/mesh_project.h"
+#include "tools/mesh_cloud.h"
 #include "tools/mesh_report.h"
 #include "tools/mesh_split.h"
 #include "tools/offline.h"
@@ -82,7 +82,6 @@ struct args {
 
 static int set_value(struct args *a, int opt, const char *text)
 {
-    static const char *const modes[] = {"terrain", "project", NULL}; /* the other: mesh_project.c */
     static const char *const encodings[] = {
         [DX_ENCODING_F32] = "f32", [DX_ENCODING_Q16] = "q16", [DX_ENCODING_DELTA] = "delta", NULL};
     uint64_t n = 0;
@@ -90,7 +89,7 @@ static int set_value(struct args *a, int opt, const char *text)
 
     switch (opt) {
     case OPT_MODE:
-        return dx_arg_choice(&(struct dx_arg){"dexel mesh", "--mode", text}, modes);
+        return dx_arg_choice(&(struct dx_arg){"dexel mesh", "--mode", text}, dx_mesh_mode_names());
     case OPT_FRAME:
         return dx_arg_u64(&a->config.frame, &(struct dx_arg){"dexel mesh", "--frame", text}, 0,
                           1000000000, "a frame's number");
@@ -258,11 +257,12 @@ static int run(const struct args *a)
 
 int cmd_mesh(int argc, char **argv)
 {
+    const struct dx_mesh_mode *of_points = dx_mesh_mode_asked(argc, argv);
     struct args a;
     int rc;
 
-    if (dx_mesh_project_asked(argc, argv))
-        return dx_mesh_project(argc, argv);
+    if (of_points)
+        return dx_mesh_cloud(of_points, argc, argv);
     if (dx_mesh_report_asked(argc, argv))
         return dx_mesh_report(argc, argv);
     rc = parse(&a, argc, argv);

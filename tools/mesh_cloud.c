@@ -1,0 +1,189 @@
+/* From a file of points to a mesh and its numbers, whatever the mode. */
+#include "tools/mesh_cloud.h"
+
+#include "core/cloud/spacing.h"
+#include "drivers/file/points.h"
+#include "tools/args.h"
+#include "tools/now.h"
+#include "tools/stats_json.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Bytes of a point, at most but for odd inputs: as read; lattice, index and dexels while they are
+ * made; two triangles and a vertex, while those are made. */
+#define READ_LEN  24
+#define CLOUD_LEN 51
+#define MESH_LEN  52
+
+struct times {
+    double read_s, load_s, mesh_s;
+};
+
+void dx_mesh_job_tell(const struct dx_mesh_job *job, const char *fmt, ...)
+{
+    va_list ap;
+
+    dx_progress_clear(job->progress);
+    fprintf(stderr, "%s: %s: ", job->path, job->mode->name);
+    va_start(ap, fmt);
+    vfprintf(stderr, fmt, ap);
+    va_end(ap);
+    fputc('\n', stderr);
+}
+
+void dx_mesh_job_stage(const struct dx_mesh_job *job, const char *name, double seconds)
+{
+    if (!json_object_get(job->stats, "stages"))
+        json_object_set_new(job->stats, "stages", json_object());
+    json_object_set_new(json_object_get(job->stats, "stages"), name, json_real(seconds));
+}
+
+static void tell_cloud(const struct dx_mesh_job *job)
+{
+    const struct dx_cloud *c = job->cloud;
+    const double len = (double)c->n * (double)(CLOUD_LEN + MESH_LEN + job->mode->point_len);
+
+    dx_progress_clear(job->progress);
+    fprintf(stderr, "%s: %u points", job->path, c->n);
+    if (c->n_not_finite)
+        fprintf(stderr, ", %u not finite", c->n_not_finite);
+    if (c->n_duplicates)
+        fprintf(stderr, ", %u duplicates", c->n_duplicates);
+    fprintf(stderr, "; spacing %.3g, noise %.3g; at most %.0f MB\n", job->spacing, job->noise,
+            len / 1e6);
+}
+
+static int print_stats(const struct dx_mesh *mesh, const struct dx_mesh_job *job,
+                       const struct times *t)
+{
+    struct dx_mesh_stats stats;
+    json_t *j, *about;
+    int rc = dx_mesh_stats_compute(&stats, mesh);
+
+    about = json_pack("{s:s, s:s, s:I, s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:f}", "geometry",
+                      "points", "mode", job->mode->name, "input_points", (json_int_t)job->cloud->n,
+                      "duplicates", (json_int_t)job->cloud->n_duplicates, "not_finite",
+                      (json_int_t)job->cloud->n_not_finite, "spacing", job->spacing, "noise",
+                      job->noise, "seconds", t->read_s + t->load_s + t->mesh_s, "read_seconds",
+                      t->read_s, "load_seconds", t->load_s, "mesh_seconds", t->mesh_s);
+    if (rc < 0 || !about) {
+        fprintf(stderr, "dexel mesh: out of memory\n");
+        json_decref(about);
+        return -ENOMEM;
+    }
+    j = dx_stats_json(&stats);
+    json_object_update(j, about);
+    json_object_update(j, job->stats);
+    json_decref(about);
+    return dx_json_print(j, "dexel mesh");
+}
+
+/* What the mode made, written and counted. */
+static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *job,
+                  struct times *t, struct dx_err *err)
+{
+    struct dx_out_options write = {.ascii = a->ascii};
+    const uint64_t start = dx_now_ns();
+    struct dx_mesh mesh;
+    int rc = dx_cloud_mesh_make(&mesh, job->mesh, job->xyz, job->n_input, &write);
+
+    t->mesh_s += dx_seconds_since(start);
+    if (rc < 0)
+        return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->path, job->cloud->n,
+                          strerror(-rc));
+    if (mesh.n_triangles == 0)
+        fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->path);
+    rc = a->out ? dx_out_mesh(a->out, &mesh, &write, err) : 0;
+    if (rc == 0 && a->stats && print_stats(&mesh, job, t) < 0)
+        rc = dx_err_set(err, -EIO, "no statistics");
+    dx_mesh_fini(&mesh);
+    return rc;
+}
+
+static int run_mode(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job, struct times *t,
+                    struct dx_err *err)
+{
+    struct dx_cloud_mesh mesh = {.progress = job->progress};
+    uint64_t start;
+    int rc;
+
+    job->spacing = dx_cloud_spacing(job->cloud) * job->cloud->step;
+    job->noise = dx_cloud_noise(job->cloud) * job->cloud->step;
+    job->viewpoint = a->has_viewpoint ? a->viewpoint : NULL;
+    job->mesh = &mesh;
+    job->stats = json_object();
+    tell_cloud(job);
+    start = dx_now_ns();
+    rc = job->stats ? a->mode->run(job, a->config, err) : dx_err_set(err, -ENOMEM, "no memory");
+    t->mesh_s = dx_seconds_since(start);
+    dx_progress_clear(job->progress);
+    if (rc < 0)
+        dx_err_prefix(err, a->path);
+    else
+        rc = finish(a, job, t, err);
+    json_decref(job->stats);
+    dx_cloud_mesh_fini(&mesh);
+    return rc;
+}
+
+static int load(struct dx_cloud *c, struct dx_mesh_job *job, struct times *t, struct dx_err *err)
+{
+    const uint64_t start = dx_now_ns();
+    int rc;
+
+    dx_progress_stage(job->progress, "sorting");
+    rc = dx_cloud_init(c, job->xyz, job->n_input, job->pool, err);
+    t->load_s = dx_seconds_since(start);
+    if (rc < 0)
+        dx_err_prefix(err, job->path);
+    job->cloud = c;
+    return rc;
+}
+
+static int run(const struct dx_mesh_cloud_args *a, struct dx_progress *progress, struct dx_err *err)
+{
+    struct dx_mesh_job job = {.mode = a->mode, .path = a->path, .progress = progress};
+    struct dx_point_list list = {0};
+    struct times t = {0};
+    struct dx_cloud c;
+    const uint64_t start = dx_now_ns();
+    int rc;
+
+    dx_progress_stage(progress, "reading");
+    rc = dx_point_list_read(&list, a->path, err);
+    t.read_s = dx_seconds_since(start);
+    if (rc == 0 && dx_pool_new(&job.pool, a->n_threads) < 0)
+        rc = dx_err_set(err, -ENOMEM, "no threads");
+    job.xyz = list.xyz;
+    job.n_input = list.n;
+    if (rc == 0 && (rc = load(&c, &job, &t, err)) == 0) {
+        rc = run_mode(a, &job, &t, err);
+        dx_cloud_fini(&c);
+    }
+    dx_pool_free(job.pool);
+    dx_point_list_fini(&list);
+    return rc;
+}
+
+int dx_mesh_cloud(const struct dx_mesh_mode *mode, int argc, char **argv)
+{
+    struct dx_mesh_cloud_args a;
+    struct dx_progress progress;
+    struct dx_err err = {""};
+    int rc = dx_mesh_cloud_args_parse(&a, mode, argc, argv);
+
+    if (rc != 0) {
+        dx_mesh_cloud_args_fini(&a);
+        return rc == DX_ARG_E_HELP ? 0 : 2;
+    }
+    dx_progress_init(&progress, a.progress);
+    rc = run(&a, &progress, &err);
+    dx_progress_clear(&progress);
+    if (rc < 0)
+        fprintf(stderr, "dexel mesh: %s\n", err.text);
+    dx_mesh_cloud_args_fini(&a);
+    return rc < 0 ? 1 : 0;
+}
