@@ -85,7 +85,20 @@ static void put_vertices(struct dx_mesh *mesh, const uint32_t *to, const double 
             mesh->xyz[3 * (size_t)to[v] + k] = (float)(xyz[3 * v + k] - offset[k]);
 }
 
-int dx_cloud_mesh_make(struct dx_mesh *mesh, const struct dx_cloud_mesh *m, const double *xyz,
+/* The triangles of `m`, by the numbers of vertices: there may be no room for two of them. */
+static void move_triangles(struct dx_mesh *mesh, struct dx_cloud_mesh *m, const uint32_t *to)
+{
+    uint32_t *fit = realloc(m->index, 3 * m->n * sizeof(*m->index) + 1);
+
+    mesh->index = fit ? fit : m->index;
+    mesh->n_triangles = (uint32_t)m->n;
+    for (size_t k = 0; k < 3 * m->n; k++)
+        mesh->index[k] = to[mesh->index[k]];
+    m->index = NULL;
+    m->n = m->cap = 0;
+}
+
+int dx_cloud_mesh_make(struct dx_mesh *mesh, struct dx_cloud_mesh *m, const double *xyz,
                        size_t n_input, struct dx_out_options *write)
 {
     const size_t n_points = m->xyz ? m->n_points : n_input;
@@ -95,15 +108,17 @@ int dx_cloud_mesh_make(struct dx_mesh *mesh, const struct dx_cloud_mesh *m, cons
     *mesh = (struct dx_mesh){0};
     if (!to)
         return -ENOMEM;
-    rc = dx_mesh_init(mesh, number_vertices(to, n_points, m), m->n, 0, 0);
+    rc = m->n > DX_MESH_MAX_TRIANGLES
+             ? -EINVAL
+             : dx_mesh_init(mesh, number_vertices(to, n_points, m), 0, 0, 0);
     if (rc == 0 && m->xyz && m->normal)
         rc = dx_mesh_add_normals(mesh);
     if (rc == 0) {
         put_vertices(mesh, to, m->xyz ? m->xyz : xyz, n_points, write);
         if (mesh->normal)
             memcpy(mesh->normal, m->normal, 3 * n_points * sizeof(*m->normal));
-        for (size_t k = 0; k < 3 * m->n; k++)
-            mesh->index[k] = to[m->index[k]];
+        free(mesh->index);
+        move_triangles(mesh, m, to);
     } else
         dx_mesh_fini(mesh);
     free(to);

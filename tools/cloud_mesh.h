@@ -28,10 +28,10 @@ void dx_cloud_mesh_points(struct dx_cloud_mesh *m, double *xyz, float *normal, u
 /*
  * The mesh as it is written: of the input's points xyz[n_input] those that a triangle uses, in
  * their order; or all that the mode gave. Where floats do not hold the points, vertices are
- * relative to a whole offset, which `write` adds again. Errors: -EINVAL (too many), -ENOMEM; then
- * *mesh is zeroed.
+ * relative to a whole offset, which `write` adds again. The triangles move from m to the mesh.
+ * Errors: -EINVAL (too many), -ENOMEM; then *mesh is zeroed.
  */
-int dx_cloud_mesh_make(struct dx_mesh *mesh, const struct dx_cloud_mesh *m, const double *xyz,
+int dx_cloud_mesh_make(struct dx_mesh *mesh, struct dx_cloud_mesh *m, const double *xyz,
                        size_t n_input, struct dx_out_options *write);
 void dx_cloud_mesh_fini(struct dx_cloud_mesh *m);
 

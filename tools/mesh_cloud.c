@@ -4,6 +4,7 @@
 #include "core/cloud/spacing.h"
 #include "drivers/file/points.h"
 #include "tools/args.h"
+#include "tools/memory_free.h"
 #include "tools/now.h"
 #include "tools/stats_json.h"
 
@@ -12,11 +13,15 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Bytes of a point, at most but for odd inputs: as read; lattice, index and dexels while they are
- * made; two triangles and a vertex, while those are made. */
-#define READ_LEN  24
-#define CLOUD_LEN 51
-#define MESH_LEN  52
+/* Bytes of a point, at most but for odd inputs. */
+#define READ_LEN   24 /* coordinates as read, which stay */
+#define SORT_LEN   51 /* the cloud while it is made */
+#define CLOUD_LEN  17 /* and then */
+#define GROW_LEN   36 /* two triangles, while their number grows */
+#define FINISH_LEN 40 /* and then, with the vertices and where they came from */
+#define COUNT_LEN  28 /* edges and components, for the statistics */
+
+#define MANY       1000000 /* points from which on the memory is told without being asked */
 
 struct times {
     double read_s, load_s, mesh_s;
@@ -41,10 +46,41 @@ void dx_mesh_job_stage(const struct dx_mesh_job *job, const char *name, double s
     json_object_set_new(json_object_get(job->stats, "stages"), name, json_real(seconds));
 }
 
+static uint64_t max_of(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+/* Bytes that n points will take. */
+static uint64_t need(const struct dx_mesh_cloud_args *a, size_t n)
+{
+    const uint64_t finish_len = FINISH_LEN + (a->stats ? COUNT_LEN : 0);
+
+    return n * (READ_LEN +
+                max_of(SORT_LEN, CLOUD_LEN + max_of(finish_len, GROW_LEN + a->mode->point_len)));
+}
+
+/* Tells it before the work; more than there is would end in the middle, without a word. */
+static int check_memory(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job,
+                        struct dx_err *err)
+{
+    const uint64_t needed = need(a, job->n_input), has = job->n_input * READ_LEN;
+    const uint64_t left = a->memory_mb ? a->memory_mb * 1000000 : dx_memory_free();
+
+    if (a->memory_mb ? needed > left : needed - has > left)
+        return dx_err_set(err, -ENOMEM,
+                          "%s: %zu points need about %.0f MB, expected at most %.0f MB (--memory)",
+                          a->path, job->n_input, (double)needed / 1e6,
+                          (double)(a->memory_mb ? left : left + has) / 1e6);
+    dx_progress_clear(job->progress);
+    if (a->stats || job->n_input >= MANY)
+        fprintf(stderr, "%s: needs about %.0f MB\n", a->path, (double)needed / 1e6);
+    return 0;
+}
+
 static void tell_cloud(const struct dx_mesh_job *job)
 {
     const struct dx_cloud *c = job->cloud;
-    const double len = (double)c->n * (double)(CLOUD_LEN + MESH_LEN + job->mode->point_len);
 
     dx_progress_clear(job->progress);
     fprintf(stderr, "%s: %u points", job->path, c->n);
@@ -52,8 +88,7 @@ static void tell_cloud(const struct dx_mesh_job *job)
         fprintf(stderr, ", %u not finite", c->n_not_finite);
     if (c->n_duplicates)
         fprintf(stderr, ", %u duplicates", c->n_duplicates);
-    fprintf(stderr, "; spacing %.3g, noise %.3g; at most %.0f MB\n", job->spacing, job->noise,
-            len / 1e6);
+    fprintf(stderr, "; spacing %.3g, noise %.3g\n", job->spacing, job->noise);
 }
 
 static int print_stats(const struct dx_mesh *mesh, const struct dx_mesh_job *job,
@@ -76,6 +111,7 @@ static int print_stats(const struct dx_mesh *mesh, const struct dx_mesh_job *job
     }
     j = dx_stats_json(&stats);
     json_object_update(j, about);
+    json_object_set_new(j, "peak_rss_bytes", json_integer((json_int_t)dx_memory_peak()));
     json_object_update(j, job->stats);
     json_decref(about);
     return dx_json_print(j, "dexel mesh");
@@ -159,6 +195,8 @@ static int run(const struct dx_mesh_cloud_args *a, struct dx_progress *progress,
         rc = dx_err_set(err, -ENOMEM, "no threads");
     job.xyz = list.xyz;
     job.n_input = list.n;
+    if (rc == 0)
+        rc = check_memory(a, &job, err);
     if (rc == 0 && (rc = load(&c, &job, &t, err)) == 0) {
         rc = run_mode(a, &job, &t, err);
         dx_cloud_fini(&c);

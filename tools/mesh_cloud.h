@@ -13,6 +13,7 @@ struct dx_mesh_cloud_args {
     const char *path, *out;
     double viewpoint[3];
     unsigned n_threads;
+    uint64_t memory_mb; /* 0: what is free */
     bool has_viewpoint, ascii, stats, progress;
 };
 

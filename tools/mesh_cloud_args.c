@@ -12,16 +12,27 @@ static const char formats[] =
     "  -o OUT              the mesh; may be left out with --stats\n"
     "  --viewpoint X,Y,Z   where the points were seen from: triangles face it\n"
     "  --threads N         what can be done in parallel is (one a processor)\n"
+    "  --memory MB         refuse what needs more (what the machine has free)\n"
     "  --ascii             PLY as text\n"
     "  --progress          tell how far it is, also where standard error is no terminal\n"
     "  --stats             one JSON object on standard output\n\n";
 
-enum { OPT_MODE = 256, OPT_VIEWPOINT, OPT_THREADS, OPT_ASCII, OPT_PROGRESS, OPT_STATS, OPT_HELP };
+enum {
+    OPT_MODE = 256,
+    OPT_VIEWPOINT,
+    OPT_THREADS,
+    OPT_MEMORY,
+    OPT_ASCII,
+    OPT_PROGRESS,
+    OPT_STATS,
+    OPT_HELP
+};
 
 static const struct option common[] = {
     {"mode", required_argument, NULL, OPT_MODE},
     {"viewpoint", required_argument, NULL, OPT_VIEWPOINT},
     {"threads", required_argument, NULL, OPT_THREADS},
+    {"memory", required_argument, NULL, OPT_MEMORY},
     {"ascii", no_argument, NULL, OPT_ASCII},
     {"progress", no_argument, NULL, OPT_PROGRESS},
     {"stats", no_argument, NULL, OPT_STATS},
@@ -106,6 +117,10 @@ static int set_common(struct dx_mesh_cloud_args *a, int opt, const char *text)
     case OPT_THREADS:
         rc = dx_arg_u64(&n, &(struct dx_arg){"dexel mesh", "--threads", text}, 1, 64, "threads");
         a->n_threads = (unsigned)n;
+        break;
+    case OPT_MEMORY:
+        rc = dx_arg_u64(&a->memory_mb, &(struct dx_arg){"dexel mesh", "--memory", text}, 1,
+                        1000000000, "megabytes");
         break;
     case OPT_ASCII:
         a->ascii = true;

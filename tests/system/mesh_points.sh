@@ -37,6 +37,16 @@ for o in '--choice next' '--choice beta --beta 15' '--plane faces' '--plane axis
   [ "$(number triangles) $(number boundary_edges)" = "3996 0" ] || fail "$o: $(number triangles) triangles"
 done
 
+# What it needs is told, and refused when there is less; how far it is stands on one line that is written again.
+project sphere.xyz --memory 1 --progress
+says 'sphere.xyz: needs about 0 MB'
+says "$(printf '\rreading')"
+awk 'BEGIN {for (k = 0; k < 20000; k++) print k % 141, int(k / 141), 0}' >flat.xyz
+expect 1 "$dexel" mesh --mode project flat.xyz --memory 1 -o none.ply
+says 'flat.xyz: 20000 points need about 2 MB, expected at most 1 MB (--memory)'
+[ ! -e none.ply ] || fail "a mesh of what was refused"
+expect 2 "$dexel" mesh --mode project flat.xyz --memory 0 --stats
+
 # Far from the origin the vertices keep their digits: in PLY by doubles.
 awk '{printf "%.2f %.1f %d\n", $1 + 500000000.25, $2 + 5000000000.5, $3}' sphere.xyz >far.xyz
 project far.xyz -o far.ply
