@@ -2,7 +2,6 @@
 #include "tools/mesh_cloud.h"
 
 #include "core/cloud/spacing.h"
-#include "drivers/file/points.h"
 #include "tools/args.h"
 #include "tools/memory_free.h"
 #include "tools/now.h"
@@ -70,11 +69,11 @@ static int check_memory(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *
     if (a->memory_mb ? needed > left : needed - has > left)
         return dx_err_set(err, -ENOMEM,
                           "%s: %zu points need about %.0f MB, expected at most %.0f MB (--memory)",
-                          a->path, job->n_input, (double)needed / 1e6,
+                          a->source.path, job->n_input, (double)needed / 1e6,
                           (double)(a->memory_mb ? left : left + has) / 1e6);
     dx_progress_clear(job->progress);
     if (a->stats || job->n_input >= MANY)
-        fprintf(stderr, "%s: needs about %.0f MB\n", a->path, (double)needed / 1e6);
+        fprintf(stderr, "%s: needs about %.0f MB\n", a->source.path, (double)needed / 1e6);
     return 0;
 }
 
@@ -128,10 +127,10 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
 
     t->mesh_s += dx_seconds_since(start);
     if (rc < 0)
-        return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->path, job->cloud->n,
+        return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->source.path, job->cloud->n,
                           strerror(-rc));
     if (mesh.n_triangles == 0)
-        fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->path);
+        fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->source.path);
     rc = a->out ? dx_out_mesh(a->out, &mesh, &write, err) : 0;
     if (rc == 0 && a->stats && print_stats(&mesh, job, t) < 0)
         rc = dx_err_set(err, -EIO, "no statistics");
@@ -157,7 +156,7 @@ static int run_mode(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job,
     t->mesh_s = dx_seconds_since(start);
     dx_progress_clear(job->progress);
     if (rc < 0)
-        dx_err_prefix(err, a->path);
+        dx_err_prefix(err, a->source.path);
     else
         rc = finish(a, job, t, err);
     json_decref(job->stats);
@@ -181,7 +180,7 @@ static int load(struct dx_cloud *c, struct dx_mesh_job *job, struct times *t, st
 
 static int run(const struct dx_mesh_cloud_args *a, struct dx_progress *progress, struct dx_err *err)
 {
-    struct dx_mesh_job job = {.mode = a->mode, .path = a->path, .progress = progress};
+    struct dx_mesh_job job = {.mode = a->mode, .path = a->source.path, .progress = progress};
     struct dx_point_list list = {0};
     struct times t = {0};
     struct dx_cloud c;
@@ -189,7 +188,7 @@ static int run(const struct dx_mesh_cloud_args *a, struct dx_progress *progress,
     int rc;
 
     dx_progress_stage(progress, "reading");
-    rc = dx_point_list_read(&list, a->path, err);
+    rc = dx_cloud_read(&list, &a->source, err);
     t.read_s = dx_seconds_since(start);
     if (rc == 0 && dx_pool_new(&job.pool, a->n_threads) < 0)
         rc = dx_err_set(err, -ENOMEM, "no threads");

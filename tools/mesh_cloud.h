@@ -5,12 +5,14 @@
 #ifndef DX_MESH_CLOUD_H
 #define DX_MESH_CLOUD_H
 
+#include "tools/cloud_read.h"
 #include "tools/mesh_mode.h"
 
 struct dx_mesh_cloud_args {
     const struct dx_mesh_mode *mode;
     void *config; /* the mode's parameters */
-    const char *path, *out;
+    struct dx_cloud_source source;
+    const char *out;
     double viewpoint[3];
     unsigned n_threads;
     uint64_t memory_mb; /* 0: what is free */

@@ -1,15 +1,21 @@
 /* The options that all modes share, and the rows of the one that runs. */
 #include "tools/args.h"
 #include "tools/mesh_cloud.h"
+#include "tools/source.h"
 
 #include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const char formats[] =
-    "XYZ, PTS, PLY, PCD, OBJ, STL, PTX, each plain or .gz.\n\n"
+    "XYZ, PTS, PLY, PCD, OBJ, STL, PTX, each plain or .gz; the returns of recordings, of clouds "
+    "in\n"
+    "MCAP, and of folders and globs of scans.\n\n"
     "  -o OUT              the mesh; may be left out with --stats\n"
+    "  --frame N|all       of recordings, MCAP, folders and globs: which frame, from 0 (the last)\n"
+    "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
     "  --viewpoint X,Y,Z   where the points were seen from: triangles face it\n"
     "  --threads N         what can be done in parallel is (one a processor)\n"
     "  --memory MB         refuse what needs more (what the machine has free)\n"
@@ -19,6 +25,8 @@ static const char formats[] =
 
 enum {
     OPT_MODE = 256,
+    OPT_FRAME,
+    OPT_TOPIC,
     OPT_VIEWPOINT,
     OPT_THREADS,
     OPT_MEMORY,
@@ -30,6 +38,8 @@ enum {
 
 static const struct option common[] = {
     {"mode", required_argument, NULL, OPT_MODE},
+    {"frame", required_argument, NULL, OPT_FRAME},
+    {"topic", required_argument, NULL, OPT_TOPIC},
     {"viewpoint", required_argument, NULL, OPT_VIEWPOINT},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"memory", required_argument, NULL, OPT_MEMORY},
@@ -99,6 +109,16 @@ static int set_viewpoint(struct dx_mesh_cloud_args *a, const char *text)
     return n < 0 ? n : 0;
 }
 
+static int set_frame(struct dx_mesh_cloud_args *a, const char *text)
+{
+    if (strcmp(text, "all") == 0) {
+        a->source.frame = DX_CLOUD_READ_ALL;
+        return 0;
+    }
+    return dx_arg_u64(&a->source.frame, &(struct dx_arg){"dexel mesh", "--frame", text}, 0,
+                      1000000000, "all, or a frame's number");
+}
+
 static int set_common(struct dx_mesh_cloud_args *a, int opt, const char *text)
 {
     uint64_t n = 0;
@@ -110,6 +130,12 @@ static int set_common(struct dx_mesh_cloud_args *a, int opt, const char *text)
         break;
     case OPT_MODE:
         rc = dx_arg_choice(&(struct dx_arg){"dexel mesh", "--mode", text}, dx_mesh_mode_names());
+        break;
+    case OPT_FRAME:
+        rc = set_frame(a, text);
+        break;
+    case OPT_TOPIC:
+        a->source.topic = text;
         break;
     case OPT_VIEWPOINT:
         rc = set_viewpoint(a, text);
@@ -145,6 +171,23 @@ static int print_help(const struct dx_mesh_mode *mode)
     return DX_ARG_E_HELP;
 }
 
+/* Which frame can be told of what has frames alone, and MCAP alone has topics. */
+static int check_source(const struct dx_cloud_source *source)
+{
+    const struct dx_file_config config = {
+        .path = source->path, .topic = source->topic, .fit.seam = -1};
+
+    if (dx_cloud_source_has_frames(source->path))
+        return dx_source_check(&config, "dexel mesh");
+    if (source->frame == DX_CLOUD_READ_LAST && !source->topic)
+        return 0;
+    fprintf(stderr,
+            "dexel mesh: %s: found the file '%s', expected a recording, MCAP, a folder or a "
+            "glob\n",
+            source->topic ? "--topic" : "--frame", source->path);
+    return -EINVAL;
+}
+
 static int check(const struct dx_mesh_cloud_args *a)
 {
     struct dx_err err;
@@ -157,7 +200,7 @@ static int check(const struct dx_mesh_cloud_args *a)
         fprintf(stderr, "dexel mesh: %s\n", err.text);
         return -EINVAL;
     }
-    return 0;
+    return check_source(&a->source);
 }
 
 int dx_mesh_cloud_args_parse(struct dx_mesh_cloud_args *a, const struct dx_mesh_mode *mode,
@@ -166,7 +209,9 @@ int dx_mesh_cloud_args_parse(struct dx_mesh_cloud_args *a, const struct dx_mesh_
     struct option table[MAX_OPTIONS];
     int opt;
 
-    *a = (struct dx_mesh_cloud_args){.mode = mode, .config = calloc(1, mode->config_len + 1)};
+    *a = (struct dx_mesh_cloud_args){.mode = mode,
+                                     .config = calloc(1, mode->config_len + 1),
+                                     .source.frame = DX_CLOUD_READ_LAST};
     if (!a->config)
         return -ENOMEM;
     mode->defaults(a->config);
@@ -178,8 +223,8 @@ int dx_mesh_cloud_args_parse(struct dx_mesh_cloud_args *a, const struct dx_mesh_
                            : set_common(a, opt, optarg) < 0)
             return -EINVAL;
     }
-    a->path = dx_arg_operand(argc, argv, "points");
-    return a->path ? check(a) : -EINVAL;
+    a->source.path = dx_arg_operand(argc, argv, "points");
+    return a->source.path ? check(a) : -EINVAL;
 }
 
 void dx_mesh_cloud_args_fini(struct dx_mesh_cloud_args *a)

@@ -120,7 +120,7 @@ const struct dx_mesh_mode dx_mesh_mode_project = {
     .help = help,
     .options = options,
     .config_len = sizeof(struct config),
-    .point_len = 16, /* states, queue and rings */
+    .point_len = 40, /* states, queue and rings */
     .defaults = defaults,
     .run = run,
 };

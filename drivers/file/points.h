@@ -26,6 +26,9 @@ int dx_point_list_read(struct dx_point_list *list, const char *path, struct dx_e
 /* The same for bytes in memory; the name may be NULL. */
 int dx_point_list_parse(struct dx_point_list *list, const uint8_t *bytes, size_t len,
                         const char *name, struct dx_err *err);
+/* Room for `more` points behind the others; a point there. Errors: -EFBIG, -ENOMEM. */
+int dx_point_list_reserve(struct dx_point_list *list, uint64_t more, struct dx_err *err);
+int dx_point_list_add(struct dx_point_list *list, const double p[3], struct dx_err *err);
 void dx_point_list_fini(struct dx_point_list *list);
 
 #endif

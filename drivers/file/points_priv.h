@@ -6,10 +6,6 @@
 
 #include <stdbool.h>
 
-/* Room for `more` points behind the others. Errors: -EFBIG, -ENOMEM. */
-int dx_point_list_reserve(struct dx_point_list *list, uint64_t more, struct dx_err *err);
-int dx_point_list_add(struct dx_point_list *list, const double p[3], struct dx_err *err);
-
 struct dx_points_format {
     const char *ext; /* ".ply"; NULL: told by content alone */
     /* What the bytes begin with looks like it. NULL: told by name alone. */

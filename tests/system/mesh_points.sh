@@ -47,6 +47,31 @@ says 'flat.xyz: 20000 points need about 2 MB, expected at most 1 MB (--memory)'
 [ ! -e none.ply ] || fail "a mesh of what was refused"
 expect 2 "$dexel" mesh --mode project flat.xyz --memory 0 --stats
 
+# Scans as clouds: all scans of a file by their poses, a frame or all of what has frames, the same points from each.
+expect 0 "$dexel" sim hall -o hall.ptx --size 60x40 --noise 0.004 --dropouts 0.05
+expect 0 "$dexel" convert hall.ptx hall.mcap
+expect 0 "$dexel" convert hall.ptx clouds.mcap --ros clouds
+project hall.mcap
+own=$(digest) n=$(number input_points)
+[ "$n" -gt 2200 ] || fail "a cloud of $n points"
+project clouds.mcap --topic /dexel/points
+[ "$(digest)" = "$own" ] || fail "clouds in MCAP give another mesh than the recording"
+awk 'NR == 10 {print "9 0 0 1"; next} {print}' hall.ptx >>hall.ptx.moved # columns of the pose, the position last
+cat hall.ptx hall.ptx.moved >two.ptx
+project two.ptx
+[ "$(number input_points)" = $((2 * n)) ] || fail "two scans of $n points: $(number input_points) points"
+expect 0 "$dexel" sim moving-box -o seq --size 40x30 --frames 3 --noise 0.002 --format pcd
+project seq
+own=$(digest) n=$(number input_points)
+project 'seq/*.pcd' --frame 2
+[ "$(digest)" = "$own" ] || fail "the last of three frames is another one than number 2"
+project seq --frame all
+[ $(($(number input_points) + $(number duplicates))) = $((3 * n)) ] || fail "all of three frames: $(number input_points) points"
+expect 1 "$dexel" mesh --mode project seq --frame 3 --stats
+says 'seq: found 3 frames, expected one of number 3'
+expect 2 "$dexel" mesh --mode project hall.ptx --frame 0 --stats
+expect 2 "$dexel" mesh --mode project hall.mcap --topic x --stats
+
 # Far from the origin the vertices keep their digits: in PLY by doubles.
 awk '{printf "%.2f %.1f %d\n", $1 + 500000000.25, $2 + 5000000000.5, $3}' sphere.xyz >far.xyz
 project far.xyz -o far.ply
