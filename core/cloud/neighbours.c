@@ -1,0 +1,120 @@
+/*
+ * All nearest neighbours: spheres around points that follow each other in rank, which are
+ * neighbours themselves, have about one radius, so the last point's tells how far to look. Pool
+ * tasks are runs of ranks.
+ */
+#include "core/cloud/neighbours.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RUN       1024 /* points of a task */
+#define ROOM      1.12 /* over the radius that held the last point's neighbours */
+#define WIDEN     1.4
+#define MAX_TRIES 4
+#define MAX_FOUND 255 /* a place is in the low byte of a key */
+#define MAX_REACH (1 << 27)
+
+struct all {
+    struct dx_neighbours *nb;
+    const struct dx_cloud *cloud;
+};
+
+/* By distance and place, which is by rank: places are in the order of rank. */
+static void sort_keys(uint64_t *key, uint32_t n)
+{
+    for (uint32_t i = 1; i < n; i++) {
+        const uint64_t x = key[i];
+        uint32_t j = i;
+
+        for (; j > 0 && key[j - 1] > x; j--)
+            key[j] = key[j - 1];
+        key[j] = x;
+    }
+}
+
+/* Of the points in a sphere. Returns the radius that the k nearest need, squared; -1: there are too
+ * few or too many. */
+static int64_t nearest_in(uint32_t *out, const struct all *a, uint32_t rank, double radius)
+{
+    struct dx_near near[MAX_FOUND];
+    uint64_t key[MAX_FOUND];
+    const uint32_t k = a->nb->k;
+    uint32_t found, n = 0;
+
+    found = dx_cloud_within(a->cloud, a->cloud->at[rank], (int32_t)radius, near, MAX_FOUND);
+    if (found > MAX_FOUND || found <= k)
+        return found > MAX_FOUND ? -2 : -1;
+    for (uint32_t i = 0; i < found; i++) {
+        key[n] = (uint64_t)near[i].d2 << 8 | i;
+        n += near[i].rank != rank;
+    }
+    sort_keys(key, n);
+    for (uint32_t i = 0; i < k; i++)
+        out[i] = near[key[i] & 0xff].rank;
+    return (int64_t)(key[k - 1] >> 8);
+}
+
+/* By frames of dexels, for any distance. */
+static double nearest_far(uint32_t *out, const struct all *a, uint32_t rank)
+{
+    struct dx_near near[DX_CLOUD_MAX_NEAREST];
+    const uint32_t n = dx_cloud_nearest(a->cloud, rank, a->nb->k, near);
+
+    for (uint32_t i = 0; i < n; i++)
+        out[i] = near[i].rank;
+    return sqrt((double)near[n - 1].d2);
+}
+
+/* Returns the distance of the farthest. */
+static double find(uint32_t *out, const struct all *a, uint32_t rank, double radius)
+{
+    for (int try = 0; try < MAX_TRIES && radius >= 1 && radius < MAX_REACH; try++) {
+        const int64_t d2 = nearest_in(out, a, rank, radius);
+
+        if (d2 >= 0)
+            return sqrt((double)d2);
+        radius *= d2 == -1 ? WIDEN : 0.6;
+    }
+    return nearest_far(out, a, rank);
+}
+
+static void find_run(void *ctx, uint32_t task, unsigned thread)
+{
+    const struct all *a = ctx;
+    const uint32_t first = task * RUN;
+    const uint32_t end = a->cloud->n - first < RUN ? a->cloud->n : first + RUN;
+    double reach = 0;
+
+    (void)thread;
+    for (uint32_t r = first; r < end; r++)
+        reach = find(a->nb->rank + (size_t)r * a->nb->k, a, r, ROOM * reach);
+}
+
+int dx_neighbours_init(struct dx_neighbours *nb, const struct dx_cloud *c, uint32_t k,
+                       struct dx_pool *pool, struct dx_err *err)
+{
+    struct all a = {nb, c};
+
+    *nb = (struct dx_neighbours){.n = c->n};
+    if (k < 1 || k > DX_CLOUD_MAX_NEAREST)
+        return dx_err_set(err, -EINVAL, "%u neighbours, expected 1 to %d", k, DX_CLOUD_MAX_NEAREST);
+    if (c->n < 2)
+        return 0;
+    nb->k = k < c->n ? k : c->n - 1;
+    nb->rank = malloc((size_t)nb->n * nb->k * sizeof(*nb->rank));
+    if (!nb->rank) {
+        *nb = (struct dx_neighbours){0};
+        return dx_err_set(err, -ENOMEM, "no memory for the neighbours of %u points", c->n);
+    }
+    dx_pool_run(pool, (nb->n + RUN - 1) / RUN, find_run, &a);
+    return 0;
+}
+
+void dx_neighbours_fini(struct dx_neighbours *nb)
+{
+    free(nb->rank);
+    *nb = (struct dx_neighbours){0};
+}
