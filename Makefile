@@ -22,6 +22,10 @@ mandir ?= $(datarootdir)/man
 docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 udevrulesdir ?= $(prefix)/lib/udev/rules.d
+unitdir ?= $(prefix)/lib/systemd/system
+sysusersdir ?= $(prefix)/lib/sysusers.d
+tmpfilesdir ?= $(prefix)/lib/tmpfiles.d
+metainfodir ?= $(datarootdir)/metainfo
 INSTALL ?= install
 
 PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4 libusb-1.0 libgpiod
@@ -64,7 +68,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-peers \
-        bench-peers-clouds performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall clean help FORCE
+        bench-peers-clouds performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall deb clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -86,6 +90,7 @@ help:
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make fuzz        build the fuzz targets (clang)'
+	@echo 'make deb         Debian packages of service, tools and library, in build/deb'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
 
 deps:
@@ -243,11 +248,13 @@ format:
 	clang-format -i $$(git ls-files '*.c' '*.h')
 
 # ---- install --------------------------------------------------------------------------------------
+UNITS := dexeld.service dexeld.socket dexeld-control.socket dexeld-replay@.service
 install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
-	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir)
+	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
+	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -258,12 +265,20 @@ install: all
 	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
 	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
 	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
-	$(INSTALL) -m 644 docs/dexeld.8 $(DESTDIR)$(mandir)/man8
+	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
 	  $(DESTDIR)$(docdir)
 	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
 	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
 	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)
+	$(INSTALL) -m 644 config/dexeld.sysusers $(DESTDIR)$(sysusersdir)/dexeld.conf
+	$(INSTALL) -m 644 config/dexeld.tmpfiles $(DESTDIR)$(tmpfilesdir)/dexeld.conf
+	$(INSTALL) -m 644 config/dexeld.metainfo.xml $(DESTDIR)$(metainfodir)
+	$(INSTALL) -m 644 systemd/network.conf $(DESTDIR)$(docdir)
+	for unit in $(UNITS); do \
+	  sed -e 's|@sbindir@|$(sbindir)|;s|@sysconfdir@|$(sysconfdir)|' systemd/$$unit \
+	    >$(DESTDIR)$(unitdir)/$$unit; \
+	done
 	[ -e $(DESTDIR)$(sysconfdir)/dexeld/dexeld.yaml ] || \
 	  $(INSTALL) -m 644 config/dexeld.yaml $(DESTDIR)$(sysconfdir)/dexeld
 
@@ -273,8 +288,14 @@ uninstall:
 	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
 	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
 	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
-	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules
+	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(sysusersdir)/dexeld.conf \
+	  $(DESTDIR)$(tmpfilesdir)/dexeld.conf $(DESTDIR)$(metainfodir)/dexeld.metainfo.xml \
+	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS))
 	rm -rf $(DESTDIR)$(docdir)
+
+# Debian packages, in build/deb: of what is committed or staged, so that a build leaves the tree as it is.
+deb: deps
+	@B=$(B) sh debian/build.sh
 
 clean:
 	rm -rf build
