@@ -22,6 +22,9 @@ mandir ?= $(datarootdir)/man
 docdir ?= $(datarootdir)/doc/dexeld
 sysconfdir ?= $(prefix)/etc
 udevrulesdir ?= $(prefix)/lib/udev/rules.d
+# Where Debian's python3 looks: /usr/lib/python3, but below any other prefix a folder of its own version.
+pythondir ?= $(prefix)/lib/python3$(if $(filter-out /usr,$(prefix)),$(shell \
+  python3 -c 'import sys; print(".%d" % sys.version_info[1])' 2>/dev/null))/dist-packages
 INSTALL ?= install
 
 PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4 libusb-1.0 libgpiod
@@ -247,7 +250,7 @@ install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
-	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir)
+	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(pythondir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -256,6 +259,7 @@ install: all
 	ln -sf $(SONAME) $(DESTDIR)$(libdir)/libdexel.so
 	$(INSTALL) -m 644 client/dexel.h $(DESTDIR)$(includedir)
 	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
+	$(INSTALL) -m 644 client/python/dexel.py $(DESTDIR)$(pythondir)
 	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
 	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
 	$(INSTALL) -m 644 docs/dexeld.8 $(DESTDIR)$(mandir)/man8
@@ -273,7 +277,7 @@ uninstall:
 	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
 	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
 	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
-	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules
+	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(pythondir)/dexel.py
 	rm -rf $(DESTDIR)$(docdir)
 
 clean:

@@ -1031,17 +1031,14 @@ def _waves(used: Any) -> Any:
 
 
 def _split_text(body: memoryview, at: int, what: str) -> str:
-    """The text that fills the rest of a body."""
+    """The text that fills the rest of a body. What is no UTF-8 in it (part of a file's name, a
+    character that was cut) is replaced."""
     if len(body) < at + 2 or len(body) != at + 2 + (body[at] | body[at + 1] << 8):
         raise ProtocolError(f"{what}: a body of another length")
     raw = bytes(body[at + 2:])
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        raise ProtocolError(f"{what}: a text that is not UTF-8") from None
     if any(byte < 0x20 or byte == 0x7F for byte in raw):
         raise ProtocolError(f"{what}: a text with control bytes")
-    return text
+    return raw.decode("utf-8", "replace")
 
 
 class _Message(NamedTuple):
@@ -1408,7 +1405,7 @@ def _read_chunk(body: memoryview, stream: Stream, region: Tuple[int, int, int, i
 # ------------------------------------------------------------------------------- the subscription
 
 
-class Subscription:
+class Subscription(Iterator[Mesh]):
     """An iterator over the meshes of a stream; see subscribe()."""
 
     def __init__(self, path: str, wish: _Wish, timeout: Optional[float], reconnect: bool, wait: bool,

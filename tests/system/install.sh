@@ -12,7 +12,7 @@ at_root() { make -s --no-print-directory B="$built" DESTDIR="$root" prefix=/usr 
 at_root install
 for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libdexel.pc share/man/man1/dexel.1 \
   share/man/man5/dexeld.yaml.5 share/man/man8/dexeld.8 share/doc/dexeld/protocol.md \
-  share/doc/dexeld/hall.png share/doc/dexeld/follow.c; do
+  share/doc/dexeld/hall.png share/doc/dexeld/follow.c lib/python3/dist-packages/dexel.py; do
   [ -f "$root/usr/$f" ] || wrong "no /usr/$f"
 done
 export PKG_CONFIG_PATH="$root/usr/lib/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$root"
