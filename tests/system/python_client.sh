@@ -21,13 +21,15 @@ testing() { timeout 300 "$python" tests/system/python_client.py "$@"; }
 testing worked
 testing lies
 
-# A pinhole camera with a box that moves before a still room; a full turn with struts, normals and smoothed ranges; one
-# with polar caps; one narrower than a tile's block; beams that follow no model, in ranges of 32 bits; a scan's own points.
+# A pinhole camera with a box that moves before a still room; a full turn with all sides of struts, normals and smoothed
+# ranges; one with polar caps; one narrower than a tile's block; beams that follow no model, in ranges of 32 bits; a scan's
+# own points. The noise is such that the four predictors of delta occur: planar and median in the first two, mean in the
+# third, left in the fourth.
 "$dexel" sim moving-box -o "$run/box" --format pcd --size 150x140 --noise 0 --dropouts 0.001 --frames 4
-"$dexel" sim hall -o "$run/hall.pcd" --size 140x100 --noise 0.002 --dropouts 0.03
+"$dexel" sim hall -o "$run/hall.pcd" --size 140x100 --noise 0.002 --dropouts 0.15
 "$dexel" sim hall -o "$run/small.pcd" --size 80x68 --noise 0.002 --dropouts 0.03
-"$dexel" sim sphere -o "$run/sphere.pcd" --size 90x46 --attr 16
-"$dexel" sim sphere -o "$run/narrow.pcd" --size 32x20 --dropouts 0.05 --attr 0
+"$dexel" sim sphere -o "$run/sphere.pcd" --size 90x46 --unit 0.0001 --noise 0.02 --attr 16
+"$dexel" sim hall -o "$run/narrow.pcd" --size 60x20 --noise 0.003 --dropouts 0.05 --attr 0
 testing table "$run/table.pcd"
 numpy_too=${numpy:+numpy}
 subscribers() { # subscribers NAME: encoding and way of each, one a line
@@ -48,7 +50,7 @@ streams:
     file: {path: $run/box, rate: max, lossless: yes, wait: $((1 + $(subscribers box | wc -l)))}
   - name: hall
     file: {path: $run/hall.pcd, rate: max, lossless: yes, wait: $((1 + $(subscribers hall | wc -l)))}
-    mesh: {normals: yes, smooth: yes}
+    mesh: {normals: yes, smooth: yes, bridge: 2}
   - name: sphere
     file: {path: $run/sphere.pcd, rate: max, lossless: yes, wait: $((1 + $(subscribers sphere | wc -l)))}
     mesh: {caps: yes}
