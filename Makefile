@@ -26,6 +26,9 @@ unitdir ?= $(prefix)/lib/systemd/system
 sysusersdir ?= $(prefix)/lib/sysusers.d
 tmpfilesdir ?= $(prefix)/lib/tmpfiles.d
 metainfodir ?= $(datarootdir)/metainfo
+# Where Debian's python3 looks: /usr/lib/python3, but below any other prefix a folder of its own version.
+pythondir ?= $(prefix)/lib/python3$(if $(filter-out /usr,$(prefix)),$(shell \
+  python3 -c 'import sys; print(".%d" % sys.version_info[1])' 2>/dev/null))/dist-packages
 INSTALL ?= install
 
 PACKAGES := libsystemd yaml-0.1 jansson libpng zlib libzstd liblz4 libusb-1.0 libgpiod
@@ -254,7 +257,8 @@ install: all
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
 	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
-	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir)
+	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir) \
+	  $(DESTDIR)$(pythondir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -263,6 +267,7 @@ install: all
 	ln -sf $(SONAME) $(DESTDIR)$(libdir)/libdexel.so
 	$(INSTALL) -m 644 client/dexel.h $(DESTDIR)$(includedir)
 	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
+	$(INSTALL) -m 644 client/python/dexel.py $(DESTDIR)$(pythondir)
 	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
 	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
 	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
@@ -290,7 +295,7 @@ uninstall:
 	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
 	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(sysusersdir)/dexeld.conf \
 	  $(DESTDIR)$(tmpfilesdir)/dexeld.conf $(DESTDIR)$(metainfodir)/dexeld.metainfo.xml \
-	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS))
+	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS)) $(DESTDIR)$(pythondir)/dexel.py
 	rm -rf $(DESTDIR)$(docdir)
 
 # Debian packages, in build/deb: of what is committed or staged, so that a build leaves the tree as it is.

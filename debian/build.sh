@@ -3,11 +3,11 @@
 set -eu
 cd "$(dirname "$0")/.."
 out=${B:-build}/deb
-command -v dh >/dev/null && command -v dpkg-buildpackage >/dev/null || {
-  echo "deb: installing debhelper fakeroot"
+command -v dh >/dev/null && command -v dh_python3 >/dev/null && command -v dpkg-buildpackage >/dev/null || {
+  echo "deb: installing debhelper dh-python fakeroot"
   sudo=
   [ "$(id -u)" = 0 ] || sudo=sudo
-  $sudo apt-get install -y --no-install-recommends debhelper fakeroot dpkg-dev >/dev/null
+  $sudo apt-get install -y --no-install-recommends debhelper dh-python fakeroot dpkg-dev >/dev/null
 }
 rm -rf "$out"
 mkdir -p "$out/dexeld"

@@ -5,7 +5,7 @@ set -eu
 packages='gcc clang libclang-rt-14-dev clang-format make pkg-config git libsystemd-dev libyaml-dev libjansson-dev
 liblzf-dev liblz4-dev libpng-dev libzstd-dev zlib1g-dev libcmocka-dev mandoc
 libusb-1.0-0-dev libgpiod-dev libumockdev-dev umockdev libusbredirparser-dev
-systemd'
+systemd python3-numpy'
 
 missing=
 for p in $packages; do
