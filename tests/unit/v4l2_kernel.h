@@ -1,8 +1,8 @@
 /*
- * A scripted kernel with depth cameras, for tests: umockdev makes the nodes and takes the ioctls,
- * which are answered here as videobuf2 does; poll() is the linker's wrap, for umockdev has none
- * (a wait tells what the script's next step is, and the wake's descriptor is really waited for).
- * Buffers are parts of the node's file. One camera streams at a time. It is our idea of the kernel:
+ * A scripted kernel with depth cameras, for tests: umockdev makes the nodes and what sysfs has of
+ * them; ioctl() and poll() are the linker's wraps, and are answered here as videobuf2 does (a wait
+ * tells what the script's next step is, and the wake's descriptor is really waited for). Buffers
+ * are parts of the node's file. One camera streams at a time. It is our idea of the kernel:
  * `make hil` has the real one.
  */
 #ifndef V4L2_KERNEL_H
@@ -54,10 +54,6 @@ struct kernel_node {
 
 static struct kernel {
     UMockdevTestbed *bed;
-    GMainContext *context;
-    UMockdevIoctlBase *base;
-    pthread_t thread;
-    bool quit;
     struct kernel_node nodes[KERNEL_NODES];
     unsigned n_nodes, ports; /* bits: those that have a USB device */
 
@@ -87,15 +83,21 @@ static struct kernel {
     int64_t ahead_ns; /* of the clock */
 } kernel;
 
-/* ---- ioctls, in umockdev's thread ---------------------------------------------------------------
+/* ---- ioctls -------------------------------------------------------------------------------------
  */
 
-static const struct kernel_node *kernel_node(UMockdevIoctlClient *client)
+/* The camera behind a descriptor. NULL: it is not there any more, or is none. */
+static const struct kernel_node *kernel_node(int fd)
 {
-    const char *name = umockdev_ioctl_client_get_devnode(client);
+    char link[64], path[512] = "";
+    const char *name;
 
+    snprintf(link, sizeof(link), "/proc/self/fd/%d", fd);
+    if (readlink(link, path, sizeof(path) - 1) < 0)
+        return NULL;
+    name = strrchr(path, '/') + 1;
     for (unsigned k = 0; k < kernel.n_nodes; k++)
-        if (!strcmp(strrchr(name, '/') + 1, kernel.nodes[k].name))
+        if (!strcmp(name, kernel.nodes[k].name))
             return &kernel.nodes[k];
     return NULL;
 }
@@ -279,48 +281,16 @@ static int kernel_answer(const struct kernel_node *node, unsigned long request, 
     }
 }
 
-/* One thread at a time has the kernel: the driver's, and during its ioctls umockdev's. This hands
- * it over, where ThreadSanitizer can see it. */
-static void kernel_hand_over(void)
+static int kernel_ioctl(const struct kernel_node *node, unsigned long request, void *arg)
 {
-    static int turn;
+    struct v4l2_plane *planes = NULL;
+    int code = kernel.gone || !node ? ENODEV : 0;
 
-    __atomic_fetch_add(&turn, 1, __ATOMIC_ACQ_REL);
-}
-
-static gboolean kernel_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer data)
-{
-    gulong request = umockdev_ioctl_client_get_request(client);
-    UMockdevIoctlData *arg = umockdev_ioctl_client_get_arg(client), *d, *planes = NULL;
-    struct v4l2_plane *plane = NULL;
-    int code;
-
-    (void)base;
-    (void)data;
-    kernel_hand_over();
-    d = umockdev_ioctl_data_resolve(arg, 0, _IOC_SIZE(request), NULL);
-    if (kernel.planar && (request == VIDIOC_QUERYBUF || request == VIDIOC_DQBUF)) {
-        planes = umockdev_ioctl_data_resolve(d, offsetof(struct v4l2_buffer, m.planes),
-                                             VIDEO_MAX_PLANES * sizeof(*plane), NULL);
-        plane = (void *)planes->data;
-    }
-    code = kernel.gone ? ENODEV : 0;
+    if (kernel.planar && (request == VIDIOC_QUERYBUF || request == VIDIOC_DQBUF))
+        planes = ((struct v4l2_buffer *)arg)->m.planes;
     if (++kernel.n_ioctls == kernel.fail_at)
         code = kernel.fail_code;
-    if (!code)
-        code = kernel_answer(kernel_node(client), request, d->data, plane);
-    kernel_hand_over();
-    umockdev_ioctl_client_complete(client, code ? -1 : 0, code);
-    return TRUE;
-}
-
-static void *kernel_run(void *unused)
-{
-    g_main_context_push_thread_default(kernel.context);
-    while (!__atomic_load_n(&kernel.quit, __ATOMIC_ACQUIRE))
-        g_main_context_iteration(kernel.context, TRUE);
-    g_main_context_pop_thread_default(kernel.context);
-    return unused;
+    return code ? code : kernel_answer(node, request, arg, planes);
 }
 
 /* ---- the linker's wraps -------------------------------------------------------------------------
@@ -328,7 +298,6 @@ static void *kernel_run(void *unused)
 
 int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
-int __real_ioctl(int fd, unsigned long request, ...);
 int __wrap_ioctl(int fd, unsigned long request, void *arg);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
@@ -389,12 +358,10 @@ int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
 
 int __wrap_ioctl(int fd, unsigned long request, void *arg)
 {
-    int r;
+    int code = kernel_ioctl(kernel_node(fd), request, arg);
 
-    kernel_hand_over();
-    r = __real_ioctl(fd, request, arg);
-    kernel_hand_over();
-    return r;
+    errno = code ? code : errno;
+    return code ? -1 : 0;
 }
 
 int __wrap_open(const char *path, int flags, ...)
