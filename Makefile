@@ -157,7 +157,7 @@ $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hi
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 # Waits that run out fast: tests/unit/fast_waits.c
-FAST_WAITS := $(addprefix $(B)/tests/,test_reader_device test_kinect_usb)
+FAST_WAITS := $(addprefix $(B)/tests/,test_reader_device test_kinect_usb test_hokuyo)
 $(FAST_WAITS): $(call obj,tests/unit/fast_waits.c)
 $(FAST_WAITS): override LDFLAGS += -Wl,--wrap=poll,--wrap=ppoll,--wrap=nanosleep,--wrap=clock_gettime
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
