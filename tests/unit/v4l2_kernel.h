@@ -25,8 +25,10 @@
 #include <unistd.h>
 
 #define KERNEL_BUFFERS 4
-#define KERNEL_ROOM    65536 /* bytes of a buffer in the file */
-#define KERNEL_NODES   6
+#ifndef KERNEL_ROOM
+#define KERNEL_ROOM 65536 /* bytes of a buffer in the file */
+#endif
+#define KERNEL_NODES 6
 
 enum kernel_step {
     STEP_NONE, /* the script is over: nothing happens */
@@ -80,6 +82,9 @@ static struct kernel {
     unsigned n_ioctls, fail_at, n_on, n_off, n_released; /* fail_at counts from 1; 0: none */
     int fail_code;
     bool refuse_open;
+    uint64_t frame_ns,
+        due_ns;       /* not 0: a frame comes each so often, the next one then; no script */
+    uint64_t told_ns; /* when the last one that was told was due */
     int64_t ahead_ns; /* of the clock */
 } kernel;
 
@@ -126,7 +131,9 @@ static int kernel_dequeue(struct v4l2_buffer *b, struct v4l2_plane *plane)
     enum kernel_step step = kernel.script[kernel.at];
     uint32_t used = kernel_len();
 
-    if (step == STEP_NONE)
+    if (kernel.frame_ns)
+        step = STEP_FRAME;
+    else if (step == STEP_NONE)
         return EAGAIN;
     if (step < STEP_LOST || step == STEP_OTHER)
         kernel.at++;
@@ -151,7 +158,8 @@ static int kernel_dequeue(struct v4l2_buffer *b, struct v4l2_plane *plane)
         return EINVAL;
     b->index = kernel.queue[0];
     memmove(kernel.queue, kernel.queue + 1, --kernel.n_queued * sizeof(kernel.queue[0]));
-    kernel_draw(kernel.memory + (size_t)b->index * KERNEL_ROOM, kernel.sequence);
+    if (!kernel.frame_ns) /* it would be the reader's time */
+        kernel_draw(kernel.memory + (size_t)b->index * KERNEL_ROOM, kernel.sequence);
     b->sequence = kernel.sequence++;
     b->flags = kernel.stamp_flags | (step == STEP_DAMAGED ? V4L2_BUF_FLAG_ERROR : 0);
     b->timestamp.tv_sec = 3;
@@ -336,6 +344,27 @@ static short kernel_poll(void)
     return kernel.n_queued ? POLLIN : POLLERR;
 }
 
+/* Frames by the clock. One that nobody has waited for is told at once, and so late. */
+static int kernel_poll_paced(struct pollfd *fd, int timeout_ms)
+{
+    struct timespec now, left = {timeout_ms / 1000, timeout_ms % 1000 * 1000000};
+    uint64_t now_ns;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    now_ns = (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+    if (kernel.due_ns > now_ns)
+        left = (struct timespec){0, (long)(kernel.due_ns - now_ns)};
+    else
+        left = (struct timespec){0, 0};
+    fd[0].revents = 0;
+    if (ppoll(fd + 1, 1, &left, NULL) > 0)
+        return 1;
+    kernel.told_ns = kernel.due_ns;
+    kernel.due_ns += kernel.frame_ns;
+    fd[0].revents = POLLIN;
+    return 1;
+}
+
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
 {
     if (n == 0) { /* a pause */
@@ -345,6 +374,8 @@ int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
     }
     if (n != 2 || !(fd[0].events & POLLPRI))
         return __real_poll(fd, n, timeout_ms);
+    if (kernel.frame_ns)
+        return kernel_poll_paced(fd, timeout_ms);
     kernel.n_polls++;
     kernel.timeout_ms = timeout_ms;
     if (kernel.script[kernel.at] == STEP_LOST) {
