@@ -141,7 +141,8 @@ static void pop_all(uint64_t horizon_ns)
 static void take_event(struct dx_gpio_event e)
 {
     if (!per_line) {
-        one_edge(&e, false);
+        if (e.line < merge.n_lines) /* others were not asked for */
+            one_edge(&e, false);
         return;
     }
     e.seqno = e.line < DX_EDGE_MERGE_LINES ? n_pushed[e.line] + 1 : 0;
