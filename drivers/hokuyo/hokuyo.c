@@ -380,8 +380,8 @@ static void hokuyo_health(const struct dx_device *dev, struct dx_device_health *
         dev->angle->ops->trouble(dev->angle, out->trouble, sizeof(out->trouble));
     if (!out->trouble[0] && dev->stride > MAX_STRIDE)
         snprintf(out->trouble, sizeof(out->trouble),
-                 "a turn has %.0f scans, too few for %u columns: no mesh (stage.columns, rpm)",
-                 dev->turn / dev->stride, dev->turn);
+                 "too few scans a turn for %u columns, so no mesh: see stage.columns and stage.rpm",
+                 dev->turn);
 }
 
 static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)

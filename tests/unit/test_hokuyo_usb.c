@@ -152,7 +152,7 @@ static void tells_of_empty_columns(void **state)
     for (unsigned k = 0; k < 10; k++)
         assert_int_equal(next(dev, &block, &err), 0);
     dx_hokuyo_driver.health(dev, &health);
-    assert_non_null(strstr(health.trouble, "too few for 4000 columns"));
+    assert_non_null(strstr(health.trouble, "too few scans a turn for 4000 columns"));
     dx_hokuyo_driver.stop(dev);
     dx_hokuyo_driver.close(dev);
 }
