@@ -62,6 +62,7 @@ SYSTEM_SRC := $(wildcard tests/system/*.c)
 SIM_SRC := tests/hil/scip_sim.c
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
 GUEST_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
+BENCH_SRC := $(wildcard tests/bench/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
@@ -70,7 +71,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
           $(patsubst tests/hil/%.c,$(B)/tests/%,$(SIM_SRC))
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
-.PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-peers \
+.PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-drivers bench-peers \
         bench-peers-clouds performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall deb clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -86,6 +87,7 @@ help:
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
 	@echo 'make bench-live  a service of its own at 1 to 200 subscribers'
+	@echo 'make bench-drivers  each driver of a device at its full rate, with a simulated one'
 	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
 	@echo 'make bench-peers-clouds  unorganized points through CGAL and, where it is, PCL (installs libcgal-dev)'
 	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
@@ -109,7 +111,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
@@ -164,6 +166,10 @@ $(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
+# Waits that run out fast: tests/unit/fast_waits.c
+FAST_WAITS := $(addprefix $(B)/tests/,test_reader_device test_kinect_usb test_hokuyo)
+$(FAST_WAITS): $(call obj,tests/unit/fast_waits.c)
+$(FAST_WAITS): override LDFLAGS += -Wl,--wrap=poll,--wrap=ppoll,--wrap=nanosleep,--wrap=clock_gettime
 $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) $(TEST_LIBS) -lcmocka
@@ -227,7 +233,18 @@ bench: all
 	$(B)/bin/dexel bench update --threads 1,2
 bench-live: all
 	@B=$(B) sh tests/bench/live.sh
-performance: all
+# Drivers at their full rates with simulated devices; they need what their unit tests need.
+BENCH_DRIVERS := $(addprefix $(B)/bench/bench_,scip kinect v4l2)
+$(B)/bench/bench_kinect: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
+$(B)/bench/bench_v4l2: override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
+$(B)/bench/bench_v4l2: override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(shell pkg-config --libs umockdev-1.0 2>/dev/null)
+$(B)/bench/bench_v4l2: override LDFLAGS += -Wl,--wrap=poll,--wrap=ioctl,--wrap=open,--wrap=clock_gettime
+$(B)/bench/%: $(B)/obj/tests/bench/%.o $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lcmocka
+bench-drivers: all $(BENCH_DRIVERS)
+	@B=$(B) sh tests/bench/drivers.sh
+performance: all $(BENCH_DRIVERS)
 	@B=$(B) CC='$(CC)' OPT='$(OPT)' sh tests/bench/performance.sh >$(B)/performance.md
 	@cp $(B)/performance.md docs/performance.md
 bench-peers: all

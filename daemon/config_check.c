@@ -6,7 +6,9 @@
 
 #include "daemon/record_files.h"
 #include "drivers/driver.h"
+#include "drivers/usb/usb_port.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -22,6 +24,14 @@ static struct dx_config_mark mark_of(const struct check *c, uint32_t place, cons
     struct dx_config_mark mark = c->marks->of[place][dx_config_key_find(key) - dx_config_keys];
 
     return mark.line ? mark : c->marks->stream[place];
+}
+
+static bool is_in_file(const struct check *c, uint32_t n, const char *key)
+{
+    char row[80];
+
+    snprintf(row, sizeof(row), "streams[].%s", key);
+    return c->marks->of[n + 1][dx_config_key_find(row) - dx_config_keys].line > 0;
 }
 
 /* Fails at a key of stream `n`; `key` is its path below the stream. */
@@ -60,10 +70,43 @@ static int check_exact(const struct check *c, uint32_t n)
     return why ? fail_stream(c, n, "file.exact", why) : 0;
 }
 
+/* A map without the line that it is about does nothing, which nobody writes who knows it; "" says
+ * that there is none. */
+static int check_has_line(const struct check *c, uint32_t n, const char *map, const char *line)
+{
+    char key[64], text[64];
+
+    snprintf(key, sizeof(key), "%s.%s", map, line);
+    if (!is_in_file(c, n, map) || is_in_file(c, n, key))
+        return 0;
+    snprintf(text, sizeof(text), "found no %s, expected one", line);
+    return fail_stream(c, n, map, text);
+}
+
+static int check_port(const struct check *c, uint32_t n, const char *key, const char *port)
+{
+    char text[128];
+
+    if (!*port || dx_usb_is_port(port))
+        return 0;
+    snprintf(text, sizeof(text), "found '%.40s', expected a USB port, as 1-2.3", port);
+    return fail_stream(c, n, key, text);
+}
+
+static int check_kinect(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+
+    return strcmp(s->driver, "kinect") ? 0 : check_port(c, n, "kinect.port", s->source.kinect.port);
+}
+
 static int check_v4l2(const struct check *c, uint32_t n)
 {
     const struct dx_v4l2_config *v = &c->config->streams[n].source.v4l2;
+    int r = check_port(c, n, "v4l2.port", v->port);
 
+    if (r)
+        return r;
     if (v->max_m > 0 && v->min_m >= v->max_m)
         return fail_stream(c, n, "v4l2.max_depth", "expected 0, or more than min_depth");
     if (v->disparity_given && (v->disparity[0] == 0 || v->disparity[2] != 0))
@@ -107,11 +150,43 @@ static int check_hokuyo(const struct check *c, uint32_t n)
 
     if (strcmp(s->driver, "hokuyo"))
         return 0;
+    if (check_port(c, n, "hokuyo.port", h->port))
+        return -EINVAL;
+    if (check_has_line(c, n, "hokuyo.stage.encoder", "a"))
+        return -EINVAL;
     why = dx_hokuyo_check(h);
     if (why)
         return fail_stream(c, n, "hokuyo", why);
     why = h->stage.exact ? dx_terrain_params_check_exact(&s->mesh) : NULL;
     return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : check_scanner_is_ours(c, n);
+}
+
+static int check_has_lines(const struct check *c, uint32_t n)
+{
+    static const char *const maps[] = {"gpio.interlock",   "gpio.laser", "gpio.trigger_in",
+                                       "gpio.trigger_out", "gpio.pps",   "gpio.led"};
+    int r = 0;
+
+    for (size_t k = 0; k < sizeof(maps) / sizeof(maps[0]) && !r; k++)
+        r = check_has_line(c, n, maps[k], "line");
+    return r;
+}
+
+/* The encoder's lines are about the scanner as well. */
+static int check_encoder_lines(const struct check *c, uint32_t n)
+{
+    const struct dx_stream_config *s = &c->config->streams[n];
+    const struct dx_encoder_config *e = &s->source.hokuyo.stage.angle.encoder;
+    const char *keys[] = {"hokuyo.stage.encoder.a", "hokuyo.stage.encoder.b",
+                          "hokuyo.stage.encoder.z"};
+    const char *lines[] = {e->a, e->b, e->z};
+
+    if (strcmp(s->driver, "hokuyo"))
+        return 0;
+    for (size_t k = 0; k < sizeof(lines) / sizeof(lines[0]); k++)
+        if (dx_rig_has_line(&s->gpio, lines[k]))
+            return fail_stream(c, n, keys[k], "this line has another purpose already");
+    return 0;
 }
 
 static int check_gpio(const struct check *c, uint32_t n)
@@ -120,13 +195,14 @@ static int check_gpio(const struct check *c, uint32_t n)
     const struct dx_driver *driver = dx_driver_find(s->driver);
     const char *key = "", *why = dx_rig_check(&s->gpio, &key);
     char path[64];
+    int r = check_has_lines(c, n);
 
-    if (!dx_rig_is_wanted(&s->gpio))
-        return 0;
+    if (r || !dx_rig_is_wanted(&s->gpio))
+        return r;
     if (!driver || !driver->subsystems)
         return fail_stream(c, n, "gpio", "found lines, which need a driver of a device");
     snprintf(path, sizeof(path), "gpio.%s", key);
-    return why ? fail_stream(c, n, path, why) : 0;
+    return why ? fail_stream(c, n, path, why) : check_encoder_lines(c, n);
 }
 
 static int check_record(const struct check *c, uint32_t n)
@@ -176,6 +252,8 @@ static int check_stream(const struct check *c, uint32_t n)
     r = check_record(c, n);
     if (!r && !strcmp(s->driver, "v4l2"))
         r = check_v4l2(c, n);
+    if (!r)
+        r = check_kinect(c, n);
     if (!r)
         r = check_hokuyo(c, n);
     if (!r)

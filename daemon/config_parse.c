@@ -237,6 +237,9 @@ static int parse_numbers(struct parse *p, const struct dx_config_key *key)
             return dx_err_set(p->err, r, "%.150s: %s", p->file, strerror(-r));
         p->path[path_len] = '\0';
     }
+    if (!r && n < 3 && key->three)
+        return dx_config_fail(p->err, p->file, start, p->path,
+                              "found a list of %u, expected one of 3 numbers", n);
     return !r && !n ? fail_empty(p, start, key) : r;
 }
 

@@ -121,10 +121,10 @@
              "both: joined in one grid where the mount allows it, else as two layers.\n"
              "auto: both, unless in a full turn the front half sees all that the other does."},
     {"streams[].hokuyo.stage.offset", DX_CONFIG_NUMBERS, STREAM(source.hokuyo.stage.offset_m),
-     .min = -10, .max = 10, .preset = "0",
+     .min = -10, .max = 10, .three = true, .preset = "0",
      .help = "Metres: where the scanner's centre sits, [forward, left, up] from the axis, at angle 0."},
     {"streams[].hokuyo.stage.angles", DX_CONFIG_NUMBERS, STREAM(source.hokuyo.stage.angles_deg),
-     .min = -360, .max = 360, .preset = "0",
+     .min = -360, .max = 360, .three = true, .preset = "0",
      .help = "Degrees: how the scanner sits, [roll, pitch, yaw].\n"
              "0: its front looks forward and its scan plane stands upright, with the steps counted upwards.\n"
              "Pitch raises its front; [0, 90, 0] looks up."},

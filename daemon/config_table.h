@@ -36,6 +36,7 @@ struct dx_config_key {
     const char *(*word)(unsigned value); /* or the words by number, NULL past the last */
     const char *preset;                  /* the default, as it would be written; NULL: none */
     bool required;
+    bool three;       /* NUMBERS: of a list all three, no fewer */
     const char *help; /* sentences, one a line */
 };
 

@@ -93,7 +93,8 @@ void dx_config_value_allowed_item(const struct dx_config_key *key, char text[DX_
 static void add_numbers(char text[DX_CONFIG_ALLOWED_LEN], const struct dx_config_key *key)
 {
     if (key->type == DX_CONFIG_NUMBERS)
-        add(text, "a number or a list of up to 3, each");
+        add(text,
+            key->three ? "a number or a list of 3, each" : "a number or a list of up to 3, each");
     else
         add(text, key->type == DX_CONFIG_UINT ? "a whole number" : "a number");
     add_range(text, key);

@@ -13,6 +13,7 @@ struct dx_stream_reader {
     const struct dx_driver *driver;
     struct dx_device *device;          /* a source; of a driver of devices, what decodes */
     struct dx_reader_device *attached; /* NULL: the source is no device */
+    bool is_remote;                    /* it is one on the network */
     struct dx_geometry *told;          /* of a device: by the decoder, last */
     uint8_t told_attr_bytes;
     struct dx_mailbox *mailbox;
@@ -42,6 +43,7 @@ int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
     r->counters = counters;
     r->sink = dx_mailbox_sink(mailbox);
     r->frame_ended = true;
+    r->is_remote = driver->is_remote && driver->is_remote(driver_config);
     if (driver->subsystems) {
         result = driver->open_decoder(&r->device, driver_config, err);
         if (result >= 0)
@@ -84,7 +86,9 @@ struct dx_reader_device *dx_stream_reader_attached(struct dx_stream_reader *r)
 
 const char *const *dx_stream_reader_subsystems(const struct dx_stream_reader *r)
 {
-    return r->driver->subsystems;
+    static const char *const none[] = {NULL};
+
+    return r->is_remote ? none : r->driver->subsystems;
 }
 
 void dx_stream_reader_stop(struct dx_stream_reader *r)

@@ -136,6 +136,8 @@ struct dx_driver {
 
     /* ---- of drivers of devices; else NULL ---------------------------------------------------- */
 
+    /* Is what `config` names on the network, where udev tells nothing? NULL: never. */
+    bool (*is_remote)(const void *config);
     /* Nanoseconds without a block after which an open device counts as stalled: a few frames. */
     uint64_t (*silence_ns)(const struct dx_device *dev);
     void (*health)(const struct dx_device *dev, struct dx_device_health *out);

@@ -55,6 +55,9 @@ struct dx_rig_config {
 /* Is there a line at all? */
 bool dx_rig_is_wanted(const struct dx_rig_config *config);
 
+/* Is this line one of them? "" is none. */
+bool dx_rig_has_line(const struct dx_rig_config *config, const char *line);
+
 /* NULL: it can be opened. Else what is wrong, and *key is the key at fault ("interlock.bias"). */
 const char *dx_rig_check(const struct dx_rig_config *config, const char **key);
 

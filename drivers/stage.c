@@ -31,7 +31,8 @@ struct dx_turning_stage {
     struct dx_line_shape shape;
     struct dx_stage_grid grid;
     bool has_grid;
-    struct cell *cells; /* NULL: the last value counts */
+    struct dx_err refused; /* "": not; else why `shape` has no grid */
+    struct cell *cells;    /* NULL: the last value counts */
     struct dx_stage_counts counts;
 
     uint64_t next_frame;
@@ -53,6 +54,8 @@ struct dx_turning_stage {
 
 const char *dx_stage_check(const struct dx_stage_config *c)
 {
+    const char *why;
+
     if (c->exact && c->mean)
         return "exact points need the last of several values, found their mean";
     if (c->sweep == DX_STAGE_SWING && !(c->angle.swing_deg > 0))
@@ -61,7 +64,15 @@ const char *dx_stage_check(const struct dx_stage_config *c)
         return "a swing needs sweeps back and forth";
     if (c->columns == 1 || c->columns % 2)
         return "expected an even number of columns, so that half a turn is a whole number";
-    return dx_angle_check(&c->angle);
+    why = dx_stage_grid_check(c->angles_deg);
+    return why ? why : dx_angle_check(&c->angle);
+}
+
+double dx_stage_stride(const struct dx_stage_config *config, const struct dx_line_shape *shape,
+                       double rad_s, uint32_t *turn)
+{
+    *turn = dx_stage_grid_turn(config, shape);
+    return fabs(rad_s) / (2 * DX_PI) * *turn / shape->lines_s;
 }
 
 int dx_stage_new(struct dx_turning_stage **out, const struct dx_stage_config *config,
@@ -108,12 +119,19 @@ int dx_stage_shape(struct dx_turning_stage *st, const struct dx_line_shape *shap
 
     if (st->has_grid && is_same_shape(&st->shape, shape))
         return 0;
+    if (*st->refused.text && is_same_shape(&st->shape, shape))
+        return dx_err_set(err, -EINVAL, "%s", st->refused.text);
     dx_stage_grid_fini(&st->grid);
     free(st->cells);
     st->cells = NULL;
     st->has_grid = false;
     dx_stage_restart(st);
+    st->refused.text[0] = 0;
     r = dx_stage_grid_init(&st->grid, &st->config, shape, err);
+    if (r == -EINVAL) { /* each scan would try it anew */
+        st->refused = *err;
+        st->shape = *shape;
+    }
     if (r)
         return r;
     if (st->config.mean) {

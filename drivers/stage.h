@@ -64,6 +64,11 @@ struct dx_stage_counts {
 
 struct dx_turning_stage;
 
+/* Columns that the stage goes on from one scan to the next at a speed, in radians a second; above
+ * two most columns stay empty, and no mesh comes of it. `*turn`: columns of a whole turn. */
+double dx_stage_stride(const struct dx_stage_config *config, const struct dx_line_shape *shape,
+                       double rad_s, uint32_t *turn);
+
 /* NULL, or why there is no such stage. */
 const char *dx_stage_check(const struct dx_stage_config *config);
 

@@ -120,10 +120,9 @@ static enum dx_stage_layout choose_layout(const struct dx_stage_config *c, const
 /* ---- columns ----------------------------------------------------------------------------------
  */
 
-static void lay_columns(struct dx_stage_grid *g, const struct dx_stage_config *c,
-                        const struct dx_line_shape *shape)
+uint32_t dx_stage_grid_turn(const struct dx_stage_config *c, const struct dx_line_shape *shape)
 {
-    double swing = dx_rad(c->angle.swing_deg), turn = c->columns;
+    double turn = c->columns;
 
     if (turn == 0) {
         double most =
@@ -133,7 +132,15 @@ static void lay_columns(struct dx_stage_grid *g, const struct dx_stage_config *c
         turn = turn > most ? most : turn;
     }
     turn = turn < 8 ? 8 : turn > DX_PLANE_MAX_SIDE - 1 ? DX_PLANE_MAX_SIDE - 1 : turn;
-    g->turn = (uint32_t)turn & ~1u;
+    return (uint32_t)turn & ~1u;
+}
+
+static void lay_columns(struct dx_stage_grid *g, const struct dx_stage_config *c,
+                        const struct dx_line_shape *shape)
+{
+    double swing = dx_rad(c->angle.swing_deg);
+
+    g->turn = dx_stage_grid_turn(c, shape);
     g->columns_rad = g->turn / (2 * DX_PI);
     g->low_rad = 0;
     g->sweep = c->sweep == DX_STAGE_FULL ? g->turn : g->turn / 2;
@@ -247,19 +254,28 @@ static int make_geometry(struct dx_stage_grid *g, const struct dx_stage_config *
     return 0;
 }
 
+const char *dx_stage_grid_check(const double angles_deg[3])
+{
+    struct mount m;
+
+    mount_init(&m, angles_deg);
+    return m.upward < MIN_UPWARD
+               ? "angles lay the scan plane level, so that turning it sweeps nothing"
+               : NULL;
+}
+
 int dx_stage_grid_init(struct dx_stage_grid *g, const struct dx_stage_config *config,
                        const struct dx_line_shape *shape, struct dx_err *err)
 {
+    const char *why = dx_stage_grid_check(config->angles_deg);
     struct extent e;
     struct mount m;
     int r;
 
     *g = (struct dx_stage_grid){.width = 0};
     mount_init(&m, config->angles_deg);
-    if (m.upward < MIN_UPWARD)
-        return dx_err_set(err, -EINVAL,
-                          "stage: the mount lays the scan plane level, so that "
-                          "turning it sweeps nothing");
+    if (why)
+        return dx_err_set(err, -EINVAL, "stage: %s", why);
     r = allocate(g, shape->n);
     if (r) {
         dx_stage_grid_fini(g);

@@ -38,6 +38,14 @@ struct dx_stage_grid {
     double columns_rad; /* columns in a radian */
 };
 
+/* NULL, or why no scanner that sits so sweeps anything: angles are [roll, pitch, yaw] in degrees.
+ */
+const char *dx_stage_grid_check(const double angles_deg[3]);
+
+/* Columns of a whole turn; even. */
+uint32_t dx_stage_grid_turn(const struct dx_stage_config *config,
+                            const struct dx_line_shape *shape);
+
 /* -EINVAL with a text (not possible), -ENOMEM. */
 int dx_stage_grid_init(struct dx_stage_grid *g, const struct dx_stage_config *config,
                        const struct dx_line_shape *shape, struct dx_err *err);

@@ -3,27 +3,50 @@
 
 #include <string.h>
 
+#define N_LINES 6
+
+struct line {
+    const char *key, *where;
+};
+
+static void list_lines(const struct dx_rig_config *c, struct line lines[N_LINES])
+{
+    lines[0] = (struct line){"interlock.line", c->interlock.line};
+    lines[1] = (struct line){"laser.line", c->laser.line};
+    lines[2] = (struct line){"trigger_in.line", c->trigger_in.line};
+    lines[3] = (struct line){"trigger_out.line", c->trigger_out.line};
+    lines[4] = (struct line){"pps.line", c->pps.line};
+    lines[5] = (struct line){"led.line", c->led.line};
+}
+
+bool dx_rig_has_line(const struct dx_rig_config *c, const char *line)
+{
+    struct line lines[N_LINES];
+
+    list_lines(c, lines);
+    for (unsigned k = 0; k < N_LINES && dx_gpio_where_given(line); k++)
+        if (dx_gpio_where_given(lines[k].where) && !strcmp(lines[k].where, line))
+            return true;
+    return false;
+}
+
 bool dx_rig_is_wanted(const struct dx_rig_config *c)
 {
-    return dx_gpio_where_given(c->interlock.line) || dx_gpio_where_given(c->laser.line) ||
-           dx_gpio_where_given(c->trigger_in.line) || dx_gpio_where_given(c->trigger_out.line) ||
-           dx_gpio_where_given(c->pps.line) || dx_gpio_where_given(c->led.line);
+    struct line lines[N_LINES];
+    bool any = false;
+
+    list_lines(c, lines);
+    for (unsigned k = 0; k < N_LINES; k++)
+        any |= dx_gpio_where_given(lines[k].where);
+    return any;
 }
 
 static const char *check_lines(const struct dx_rig_config *c, const char **key)
 {
-    const struct {
-        const char *key, *where;
-    } lines[] = {
-        {"interlock.line", c->interlock.line},
-        {"laser.line", c->laser.line},
-        {"trigger_in.line", c->trigger_in.line},
-        {"trigger_out.line", c->trigger_out.line},
-        {"pps.line", c->pps.line},
-        {"led.line", c->led.line},
-    };
+    struct line lines[N_LINES];
 
-    for (unsigned k = 0; k < sizeof(lines) / sizeof(lines[0]); k++) {
+    list_lines(c, lines);
+    for (unsigned k = 0; k < N_LINES; k++) {
         *key = lines[k].key;
         if (!dx_gpio_where_given(lines[k].where))
             continue;

@@ -14,6 +14,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define BATCH 256 /* events taken at once */
 /* An edge that is stamped has reached its queue after this time, for all that is known of kernels:
@@ -251,6 +252,11 @@ void dx_encoder_tell(struct dx_angle_source *source, struct dx_encoder_status *s
 /* ---- opening
  * ------------------------------------------------------------------------------------ */
 
+static bool are_one(const char *a, const char *b)
+{
+    return dx_gpio_where_given(a) && dx_gpio_where_given(b) && !strcmp(a, b);
+}
+
 const char *dx_encoder_check(const struct dx_encoder_config *c)
 {
     if (!dx_gpio_where_given(c->a) || !dx_gpio_where_given(c->b))
@@ -261,6 +267,8 @@ const char *dx_encoder_check(const struct dx_encoder_config *c)
         return dx_gpio_where_check(c->b);
     if (dx_gpio_where_given(c->z) && dx_gpio_where_check(c->z))
         return dx_gpio_where_check(c->z);
+    if (are_one(c->a, c->b) || are_one(c->a, c->z) || are_one(c->b, c->z))
+        return "an encoder has a line for each of a, b and z";
     if (c->counts < 4 || c->counts > 1u << 24 || c->counts % 4)
         return "counts of an encoder are a multiple of four, at most 16777216";
     if (!(c->gear >= 1e-3 && c->gear <= 1e6))

@@ -6,7 +6,6 @@
 #include "drivers/hokuyo/hokuyo.h"
 
 #include "drivers/hokuyo/hokuyo_probe.h"
-#include "drivers/hokuyo/scip_block.h"
 #include "drivers/hokuyo/scip_decoder.h"
 #include "drivers/hokuyo/scip_link.h"
 #include "drivers/hokuyo/scip_session.h"
@@ -18,11 +17,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define IN_LEN     4096
-#define READ_MS    100           /* most that read() waits */
-#define SILENCE_NS 2000000000ull /* of a scanner whose speed is not known yet */
-#define STOP_NS    (600 * MS)    /* whatever a scanner answers to QT, or not */
-#define MS         1000000u
+#define IN_LEN       4096
+#define READ_MS      100           /* most that read() waits */
+#define SILENCE_NS   2000000000ull /* of a scanner whose speed is not known yet */
+#define STOP_NS      (600 * MS)    /* whatever a scanner answers to QT, or not */
+#define MS           1000000u
+#define MAX_STRIDE   2.0 /* beyond it too few neighbours have values */
+#define STRIDE_SHARE 0.1 /* of each new scan */
 
 struct dx_device {
     struct dx_hokuyo_config config; /* without its texts */
@@ -37,6 +38,8 @@ struct dx_device {
     uint64_t in_ns; /* when they came */
     uint64_t n_blocks;
     struct dx_angle_sample samples[DX_SCIP_BLOCK_ANGLES];
+    double stride; /* columns that the stage goes on from scan to scan; about, of late */
+    uint32_t turn; /* columns of a turn */
 
     struct dx_scip_decoder *decoder; /* NULL: this is the device's half */
 };
@@ -117,23 +120,51 @@ static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err
     return 0;
 }
 
-static int hokuyo_start(struct dx_device *dev, struct dx_err *err)
+/* A talk from its beginning. The counts are those of the stay. */
+static int begin(struct dx_device *dev, struct dx_err *err)
 {
     struct dx_scip_want want = wanted(&dev->config);
+    struct dx_scip_counts counts = dev->session.counts;
     int r;
 
     dx_scip_session_fini(&dev->session);
     r = dx_scip_session_init(&dev->session, &want, DX_SCIP_BLOCK_HEADROOM, dx_pace_now());
     if (r)
         return dx_err_set(err, r, "%s: no memory", dev->link->place);
+    dev->session.counts = counts;
     dev->in_at = dev->in_len = 0;
-    dev->n_blocks = 0;
     dev->started = true;
+    return 0;
+}
+
+static int hokuyo_start(struct dx_device *dev, struct dx_err *err)
+{
+    int r;
+
+    dev->session.counts = (struct dx_scip_counts){0};
+    r = begin(dev, err);
+    if (r)
+        return r;
+    dev->n_blocks = 0;
     return 0;
 }
 
 /* ---- read -------------------------------------------------------------------------------------
  */
+
+/* Does the stage turn too fast for its columns? */
+static void measure_stride(struct dx_device *dev, const struct dx_scip_block *b, size_t n_angles)
+{
+    const struct dx_angle_sample *from = dev->samples, *to = dev->samples + n_angles - 1;
+    struct dx_line_shape shape = dx_scip_decoder_shape(b, 0);
+    double rad_s, stride;
+
+    if (n_angles < 2 || to->host_ns <= from->host_ns || from->uncertain || to->uncertain)
+        return;
+    rad_s = (to->angle_rad - from->angle_rad) * 1e9 / (double)(to->host_ns - from->host_ns);
+    stride = dx_stage_stride(&dev->config.stage, &shape, rad_s, &dev->turn);
+    dev->stride += (stride - dev->stride) * STRIDE_SHARE;
+}
 
 /* The scan in the session, with the angles that the stage had during it. */
 static void make_block(struct dx_device *dev, struct dx_block *block)
@@ -160,6 +191,7 @@ static void make_block(struct dx_device *dev, struct dx_block *block)
     size_t n_angles =
         dev->angle->ops->samples(dev->angle, from_ns, until_ns, dev->samples, DX_SCIP_BLOCK_ANGLES);
 
+    measure_stride(dev, &b, n_angles);
     snprintf(b.serial, sizeof(b.serial), "%.15s", s->identity.serial);
     *block = (struct dx_block){
         .stamp = {scan->arrival_ns, scan->device_ns, DX_CLOCK_DEVICE},
@@ -211,14 +243,18 @@ static int wait_ms(const struct dx_device *dev, uint64_t until_ns, uint64_t now_
     return (int)ms;
 }
 
+/* Another scanner than the one that is meant is a fault: it is there, and it is not taken. */
 static int check_serial(const struct dx_device *dev, struct dx_err *err)
 {
     const char *found = dev->session.identity.serial, *want = dev->serial;
 
-    if (!want[0] || !found[0] || !strcmp(found, want))
+    if (!want[0] || !dev->session.is_known || !strcmp(found, want))
         return 0;
-    return dx_err_set(err, DX_DRIVER_E_GONE, "%s: serial number is '%s', expected '%s'",
-                      dev->link->place, found, want);
+    if (!found[0])
+        return dx_err_set(err, -ENXIO, "%s: the scanner tells no serial number, expected '%s'",
+                          dev->link->place, want);
+    return dx_err_set(err, -ENXIO, "%s: serial number is '%s', expected '%s'", dev->link->place,
+                      found, want);
 }
 
 /* One wait for bytes. 0: look again. */
@@ -291,7 +327,7 @@ static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_
     if (dx_interlock_is_open(dev->interlock, &interlock))
         return wait_dark(dev, err);
     if (dev->is_dark)
-        r = hokuyo_start(dev, err);
+        r = begin(dev, err);
     dev->is_dark = false;
     if (r)
         return r;
@@ -342,6 +378,10 @@ static void hokuyo_health(const struct dx_device *dev, struct dx_device_health *
         snprintf(out->trouble, sizeof(out->trouble), "%s", s->trouble[0] ? s->trouble : s->stat);
     else
         dev->angle->ops->trouble(dev->angle, out->trouble, sizeof(out->trouble));
+    if (!out->trouble[0] && dev->stride > MAX_STRIDE)
+        snprintf(out->trouble, sizeof(out->trouble),
+                 "too few scans a turn for %u columns, so no mesh: see stage.columns and stage.rpm",
+                 dev->turn);
 }
 
 static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)
@@ -350,6 +390,13 @@ static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)
         dx_scip_decoder_describe(dev->decoder, text, len);
     else
         snprintf(text, len, "hokuyo: %s", dev->session.identity.serial);
+}
+
+static bool is_remote(const void *config)
+{
+    const char *tcp = ((const struct dx_hokuyo_config *)config)->tcp;
+
+    return tcp && *tcp;
 }
 
 static const char *const subsystems[] = {"usb", "tty", NULL};
@@ -365,6 +412,7 @@ const struct dx_driver dx_hokuyo_driver = {
     .stop = hokuyo_stop,
     .close = hokuyo_close,
     .wake = hokuyo_wake,
+    .is_remote = is_remote,
     .silence_ns = hokuyo_silence_ns,
     .health = hokuyo_health,
     .guard = hokuyo_guard,

@@ -1,7 +1,6 @@
 /* Ranges of a scan, laid out by its stage. */
 #include "drivers/hokuyo/scip_decoder.h"
 
-#include "drivers/hokuyo/scip_block.h"
 #include "drivers/hokuyo/scip_session.h"
 
 #include "core/base/trig.h"
@@ -63,12 +62,12 @@ static int hold(struct dx_scip_decoder *d, uint32_t n, struct dx_err *err)
     return d->n ? 0 : dx_err_set(err, -ENOMEM, "hokuyo: no memory");
 }
 
-static struct dx_line_shape shape_of(const struct dx_scip_block *b, uint32_t n, uint8_t attr_bytes)
+struct dx_line_shape dx_scip_decoder_shape(const struct dx_scip_block *b, uint8_t attr_bytes)
 {
     double step = 2 * DX_PI / b->params.ares, centre = b->first + (b->cluster - 1) / 2.0;
 
     return (struct dx_line_shape){
-        .n = n,
+        .n = dx_scip_n_values(b->first, b->last, b->cluster),
         .angle0_rad = (centre - b->params.afrt) * step,
         .step_rad = step * b->cluster,
         .max_m = b->params.dmax * 0.001,
@@ -148,7 +147,7 @@ int dx_scip_decoder_decode(struct dx_scip_decoder *d, const struct dx_block *blo
     r = unpack(d, &b, n, err);
     if (r)
         return spoilt(block, r, err);
-    shape = shape_of(&b, n, d->config.attr_bytes);
+    shape = dx_scip_decoder_shape(&b, d->config.attr_bytes);
     r = dx_stage_shape(d->stage, &shape, sink, err);
     if (r)
         return r < 0 ? spoilt(block, r, err) : r;

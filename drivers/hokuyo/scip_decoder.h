@@ -6,6 +6,7 @@
 #define DX_SCIP_DECODER_H
 
 #include "drivers/hokuyo/hokuyo.h"
+#include "drivers/hokuyo/scip_block.h"
 
 struct dx_scip_decoder;
 
@@ -13,6 +14,9 @@ struct dx_scip_decoder;
 int dx_scip_decoder_new(struct dx_scip_decoder **out, const struct dx_hokuyo_config *config,
                         struct dx_err *err);
 void dx_scip_decoder_free(struct dx_scip_decoder *d);
+
+/* What a stage must know of a block's scan. */
+struct dx_line_shape dx_scip_decoder_shape(const struct dx_scip_block *block, uint8_t attr_bytes);
 
 /* As dx_driver.decode and dx_driver.describe. */
 int dx_scip_decoder_decode(struct dx_scip_decoder *d, const struct dx_block *block,

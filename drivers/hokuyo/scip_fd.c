@@ -1,6 +1,8 @@
 /* Links over a file descriptor: what a tty and a TCP connection have in common. */
 #include "drivers/hokuyo/scip_link.h"
 
+#include "drivers/replay.h"
+
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
@@ -9,7 +11,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#define WRITE_MS 500
+#define WRITE_NS 200000000u /* for all of a command */
 
 struct fd_link {
     struct dx_scip_link link;
@@ -36,19 +38,23 @@ static int lost(const struct fd_link *l, int error, struct dx_err *err)
 
 static int fd_write(struct dx_scip_link *link, const uint8_t *bytes, size_t len, struct dx_err *err)
 {
+    uint64_t due_ns = dx_pace_now() + WRITE_NS;
     struct fd_link *l = of(link);
 
     while (len > 0) {
         struct pollfd p = {.fd = l->fd, .events = POLLOUT};
         ssize_t n = write(l->fd, bytes, len);
+        uint64_t now = dx_pace_now();
 
         if (n > 0) {
             bytes += n;
             len -= (size_t)n;
         } else if (n < 0 && errno != EAGAIN && errno != EINTR) {
             return lost(l, errno, err);
-        } else if (poll(&p, 1, WRITE_MS) == 0) {
+        } else if (now >= due_ns) {
             return dx_err_set(err, -ETIMEDOUT, "%s: takes no commands", link->place);
+        } else {
+            poll(&p, 1, (int)((due_ns - now) / 1000000) + 1);
         }
     }
     return 0;

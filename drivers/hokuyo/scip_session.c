@@ -180,8 +180,10 @@ static void handle_introduction(struct dx_scip_session *s, bool ok, struct dx_sc
     if (s->state == DX_SCIP_SCIP2) {
         dx_scip_enter(s, DX_SCIP_VV, now_ns);
     } else if (s->state == DX_SCIP_VV) {
-        if (ok && dx_scip_read_identity(&s->identity, lines))
+        if (ok && dx_scip_read_identity(&s->identity, lines)) {
+            s->is_known = true;
             dx_scip_enter(s, DX_SCIP_PP, now_ns);
+        }
     } else if (s->state == DX_SCIP_II) {
         if (ok && dx_scip_read_trouble(s->stat, sizeof(s->stat), lines))
             dx_scip_enter(s, DX_SCIP_TM0, now_ns);

@@ -84,6 +84,7 @@ struct dx_scip_session {
 
     struct dx_scip_params params;
     struct dx_scip_identity identity;
+    bool is_known; /* VV was answered */
     struct dx_scip_request request;
     struct dx_scip_clock clock;
     bool was_bad;       /* the reply before */

@@ -16,7 +16,7 @@
 #define N_TRANSFERS 4
 #define TRANSFER    2048 /* bytes: a multiple of a bulk packet's */
 #define KEPT        ((size_t)64 << 10)
-#define COMMAND_MS  500
+#define COMMAND_MS  200
 
 static const struct dx_usb_id ids[] = {{0x15d1, 0x0000}, {0, 0}};
 

@@ -21,6 +21,7 @@
 #define N_PACKETS     16
 #define PACKET_LEN    1920 /* where the descriptors do not tell */
 #define SILENCE_NS    UINT64_C(200000000)
+#define STOP_NS       UINT64_C(300000000) /* whatever the camera answers, or not */
 #define ROUND_MS      100
 #define LOSS_PACKETS  2420 /* over which their loss is measured: ten frames */
 #define DOUBTFUL_LOSS 0.02
@@ -186,9 +187,11 @@ static void kinect_stop(struct dx_device *dev)
 {
     if (!dev->stream)
         return;
+    dev->link.due_ns = dx_pace_now() + STOP_NS;
     if (dev->config.near) /* it would stay so for the next program */
         dx_kinect_link_near(&dev->link, false, NULL);
     dx_kinect_link_stop(&dev->link, NULL); /* while packets still have somewhere to go */
+    dev->link.due_ns = 0;
     dx_usb_stream_close(dev->stream);
     dev->stream = NULL;
 }
@@ -305,7 +308,7 @@ static void tell_found(void *ctx, const struct dx_usb_about *about)
     char yaml[160];
 
     if (about->serial[0])
-        snprintf(yaml, sizeof(yaml), "serial: %s\n", about->serial);
+        snprintf(yaml, sizeof(yaml), "serial: \"%s\"\n", about->serial);
     else
         snprintf(yaml, sizeof(yaml), "port: \"%s\"\n", about->port);
     f->found(f->ctx,

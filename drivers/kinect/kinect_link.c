@@ -12,6 +12,17 @@
 #define CONTROL_MS 500
 #define NEAR_MS    100 /* between the two registers */
 
+/* Milliseconds for a transfer. */
+static int control_ms(const struct dx_kinect_link *link)
+{
+    uint64_t now = dx_pace_now(), left_ms;
+
+    if (!link->due_ns)
+        return CONTROL_MS;
+    left_ms = link->due_ns > now ? (link->due_ns - now) / 1000000 : 0;
+    return left_ms < CONTROL_MS ? (int)left_ms : CONTROL_MS;
+}
+
 static void sleep_ms(long ms)
 {
     struct timespec t = {0, ms * 1000000};
@@ -25,14 +36,14 @@ static int get_reply(struct dx_kinect_link *link, uint16_t command, const uint8_
                      size_t *len, struct dx_err *err)
 {
     const struct dx_usb_setup setup = {0xc0, 0, 0, 0};
-    uint64_t until_ns = dx_pace_now() + REPLY_NS;
+    uint64_t until_ns = link->due_ns ? link->due_ns : dx_pace_now() + REPLY_NS;
     struct dx_err why = {"found none"};
     size_t got;
     int r;
 
     do {
-        r = dx_usb_control(link->usb, &setup, link->reply, sizeof(link->reply), &got, CONTROL_MS,
-                           err);
+        r = dx_usb_control(link->usb, &setup, link->reply, sizeof(link->reply), &got,
+                           control_ms(link), err);
         if (r)
             return r;
         if (got > 0 && got < sizeof(link->reply)) {
@@ -42,7 +53,7 @@ static int get_reply(struct dx_kinect_link *link, uint16_t command, const uint8_
         }
         sleep_ms(1);
     } while (dx_pace_now() < until_ns);
-    return dx_err_set(err, -EPROTO, "Kinect at port %s: no reply to command 0x%02x in 1 s: %s",
+    return dx_err_set(err, -EPROTO, "Kinect at port %s: no reply to command 0x%02x in time: %s",
                       dx_usb_tell(link->usb)->port, command, why.text);
 }
 
@@ -52,7 +63,7 @@ static int command(struct dx_kinect_link *link, uint16_t command_id, const uint1
     const struct dx_usb_setup setup = {0x40, 0, 0, 0};
     uint8_t bytes[DX_KINECT_MESSAGE_LEN + 2 * DX_KINECT_MAX_WORDS];
     size_t n = dx_kinect_request_put(bytes, command_id, link->tag, words, n_words);
-    int r = dx_usb_control(link->usb, &setup, bytes, n, NULL, CONTROL_MS, err);
+    int r = dx_usb_control(link->usb, &setup, bytes, n, NULL, control_ms(link), err);
 
     if (r == 0)
         r = get_reply(link, command_id, payload, len, err);

@@ -15,6 +15,7 @@
 struct dx_kinect_link {
     struct dx_usb *usb;
     uint16_t tag;
+    uint64_t due_ns; /* by then it must have answered, whatever is asked; 0: in its usual time */
     uint8_t reply[DX_KINECT_REPLY_LEN];
 };
 

@@ -34,6 +34,22 @@ static void put_port(char *text, size_t len, libusb_device *device)
         at += snprintf(text + at, len - (size_t)at, k ? ".%u" : "-%u", ports[k]);
 }
 
+bool dx_usb_is_port(const char *text)
+{
+    for (unsigned n = 0; n < 8; n++) { /* the bus, and at most seven ports */
+        size_t len = strspn(text, "0123456789");
+
+        if (len < 1 || len > 3 || text[0] == '0')
+            return false;
+        text += len;
+        if (n > 0 && !*text)
+            return true;
+        if (*text++ != (n ? '.' : '-'))
+            return false;
+    }
+    return false;
+}
+
 static int look(struct dx_usb_about *about, libusb_device *device)
 {
     struct libusb_device_descriptor d;

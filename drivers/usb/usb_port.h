@@ -26,6 +26,9 @@ struct dx_usb_id {
     uint16_t vid, pid;
 };
 
+/* Is it the name of a port, "1-2.3": the bus, then the ports on the way? */
+bool dx_usb_is_port(const char *text);
+
 struct dx_usb_want {
     const struct dx_usb_id *ids; /* ends with vid 0 */
     const char *serial;          /* NULL or "": any */
@@ -103,7 +106,7 @@ struct dx_usb_stream_config {
 /* Allocates all, and queues the transfers; after this nothing is allocated. */
 int dx_usb_stream_open(struct dx_usb_stream **out, struct dx_usb *usb,
                        const struct dx_usb_stream_config *config, struct dx_err *err);
-/* Cancels the transfers and waits for them; at most a second. NULL is fine. */
+/* Cancels the transfers and waits for them; at most 0.3 s. NULL is fine. */
 void dx_usb_stream_close(struct dx_usb_stream *stream);
 
 /* Waits until something new came of any stream and has been given to its callback: 0. (What came

@@ -9,7 +9,7 @@
 
 #define DX_USB_MAX_FDS     8
 #define DX_USB_MAX_STREAMS 4
-#define DX_USB_DRAIN_MS    1000 /* for cancelled transfers to come back */
+#define DX_USB_DRAIN_MS    300 /* for cancelled transfers to come back */
 
 /* One transfer that is waited for: control, bulk OUT. */
 struct dx_usb_call {

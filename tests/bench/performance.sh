@@ -48,6 +48,22 @@ there; *resets*: subscribers who had to begin anew.
 TEXT
 sh tests/bench/live.sh --markdown
 
+say "drivers"
+cat <<'TEXT'
+## Drivers at their full rate
+
+The service's reader thread with simulated devices. Latency: from the moment at which the last byte of a frame (of a
+scan) was there for the driver until the frame (the columns that the stage has left) was in the mailbox; waking the thread
+is in it. The processor's share and time are the reader thread's alone. The scanner is behind TCP on this machine; the
+Kinect behind a fake of libusb, whose copying of packets counts here; the camera's ioctls are answered in the process. So
+the kernel's own part, and a USB bus, are in none of them. *lost*: frames lost or damaged.
+
+    make bench-drivers
+
+TEXT
+sh tests/bench/drivers.sh
+echo
+
 say "recordings"
 TMPDIR=$(test -d /dev/shm && echo /dev/shm || echo "${TMPDIR:-/tmp}") "$dexel" bench record --size 848x480 --markdown
 

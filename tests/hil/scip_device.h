@@ -315,7 +315,8 @@ static inline void scip_sim_tell(struct scip_sim *s, const char *c)
         scip_sim_key(s, "PROD:simulated scanner");
         scip_sim_key(s, "FIRM:1.0.00");
         scip_sim_key(s, "PROT:SCIP 2.0");
-        scip_sim_key(s, "SERI:H0614967");
+        if (!s->faults.no_serial)
+            scip_sim_key(s, "SERI:H0614967");
     } else if (!strcmp(c, "PP")) {
         snprintf(text, sizeof(text), "MODL:%s(simulated)", m->name);
         for (char *p = text + 5; *p && *p != '('; p++)

@@ -34,6 +34,7 @@ struct scip_faults {
     uint64_t abnormal_at;             /* scan: 0L to everything until it is rebooted */
     uint64_t busy_at;                 /* command: answered 0B */
     bool no_time;                     /* TM is refused */
+    bool no_serial;                   /* VV tells no SERI */
 };
 
 #endif

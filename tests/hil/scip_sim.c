@@ -375,7 +375,15 @@ static void serve_pty(void)
 
 int main(int argc, char **argv)
 {
-    int port = take_options(argc, argv);
+    int port;
+
+    if (argc == 2 && !strcmp(argv[1], "--help")) {
+        puts("usage: scip_sim --pty LINK | --tcp PORT [options]");
+        for (const struct option *o = options; o->name; o++)
+            printf("  --%s%s\n", o->name, o->has_arg ? " VALUE" : "");
+        return 0;
+    }
+    port = take_options(argc, argv);
 
     signal(SIGPIPE, SIG_IGN);
     signal(SIGTERM, on_signal);

@@ -8,13 +8,16 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
+#include <sys/timerfd.h>
+#include <time.h>
 #include <unistd.h>
 
 #define MAX_FLYING 64
 
 struct libusb_context {
-    int fd; /* readable while something can come back */
-    struct libusb_pollfd pollfd;
+    int fd;    /* readable while something can come back */
+    int timer; /* readable when the next isochronous transfer is due */
+    struct libusb_pollfd pollfds[2];
 };
 struct libusb_device {
     int refs;
@@ -52,7 +55,9 @@ int libusb_init(libusb_context **context)
 {
     *context = calloc(1, sizeof(**context));
     (*context)->fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    (*context)->pollfd = (struct libusb_pollfd){(*context)->fd, 1 /* POLLIN */};
+    (*context)->timer = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+    (*context)->pollfds[0] = (struct libusb_pollfd){(*context)->fd, 1 /* POLLIN */};
+    (*context)->pollfds[1] = (struct libusb_pollfd){(*context)->timer, 1};
     newest = *context;
     fake_libusb.n_contexts++;
     return 0;
@@ -61,6 +66,7 @@ int libusb_init(libusb_context **context)
 void libusb_exit(libusb_context *context)
 {
     close(context->fd);
+    close(context->timer);
     free(context);
     fake_libusb.n_contexts--;
 }
@@ -220,13 +226,35 @@ void libusb_free_transfer(struct libusb_transfer *t)
     free(t);
 }
 
+static uint64_t now_ns(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+static bool is_due(void)
+{
+    return !fake_libusb.transfer_ns || now_ns() >= fake_libusb.due_ns;
+}
+
 static bool can_come_back(const struct flight *f)
 {
     if (!f->transfer || (f->cancelled && fake_libusb.never_return))
         return false;
     return f->cancelled || !fake_libusb.plugged || fake_libusb.transfer_status ||
            f->transfer->type == LIBUSB_TRANSFER_TYPE_CONTROL ||
-           kinect_sim_streams(&fake_libusb.sim);
+           (kinect_sim_streams(&fake_libusb.sim) && is_due());
+}
+
+static void set_timer(struct libusb_context *context)
+{
+    struct itimerspec t = {.it_value = {(time_t)(fake_libusb.due_ns / 1000000000u),
+                                        (long)(fake_libusb.due_ns % 1000000000u)}};
+
+    if (fake_libusb.transfer_ns && fake_libusb.due_ns)
+        timerfd_settime(context->timer, TFD_TIMER_ABSTIME, &t, NULL);
 }
 
 /* The descriptor is readable when, and only when, there is something to do. */
@@ -234,6 +262,7 @@ static void set_ready(struct libusb_context *context)
 {
     uint64_t n = 0;
 
+    set_timer(context);
     for (unsigned k = 0; k < MAX_FLYING; k++)
         n += can_come_back(&flights[k]);
     if (n && write(context->fd, &n, sizeof(n)) < 0)
@@ -286,6 +315,7 @@ static void do_control(struct libusb_transfer *t)
 
 static void do_isochronous(struct libusb_transfer *t)
 {
+    uint64_t n_frames = fake_libusb.sim.n_frames;
     uint8_t *at = t->buffer;
 
     t->status = (enum libusb_transfer_status)fake_libusb.transfer_status;
@@ -299,6 +329,9 @@ static void do_isochronous(struct libusb_transfer *t)
     }
     if (fake_libusb.n_isochronous == fake_libusb.unplug_after)
         fake_libusb.plugged = false;
+    if (fake_libusb.sim.n_frames != n_frames)
+        fake_libusb.frame_ns = fake_libusb.due_ns;
+    fake_libusb.due_ns += fake_libusb.transfer_ns;
 }
 
 static void come_back(struct flight *f)
@@ -346,9 +379,10 @@ int libusb_handle_events_timeout_completed(libusb_context *context, struct timev
 
 const struct libusb_pollfd **libusb_get_pollfds(libusb_context *context)
 {
-    const struct libusb_pollfd **fds = calloc(2, sizeof(*fds));
+    const struct libusb_pollfd **fds = calloc(3, sizeof(*fds));
 
-    fds[0] = &context->pollfd;
+    fds[0] = &context->pollfds[0];
+    fds[1] = &context->pollfds[1];
     return fds;
 }
 

@@ -19,6 +19,9 @@ struct fake_libusb {
     int transfer_status;         /* of isochronous transfers from now on */
     int packet_status;           /* of every 10th packet */
     unsigned unplug_after;       /* isochronous transfers; 0: not */
+    uint64_t transfer_ns; /* from one isochronous transfer to the next; 0: as fast as asked */
+    uint64_t due_ns;      /* when the next one comes back, then */
+    uint64_t frame_ns;    /* when the last one with the end of a frame was due */
     /* What is there now, and what was. */
     int n_contexts, n_handles, n_transfers, n_flying, n_claimed, n_configs, n_lists;
     int alt;

@@ -1,6 +1,8 @@
 /* The kernel's side of mock_usb.h. Ioctls come in the testbed's own thread, under a lock. */
 #include "tests/unit/mock_usb.h"
 
+#include "tests/unit/umock_memory.h"
+
 #include <errno.h>
 #include <linux/usbdevice_fs.h>
 #include <pthread.h>

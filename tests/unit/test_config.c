@@ -242,7 +242,7 @@ static void test_hokuyo(void **state)
     static const char yaml[] =
         "streams:\n  - name: turret\n    hokuyo:\n      tcp: 192.168.0.10\n      echo: last\n"
         "      first_step: 100\n      stage: {rpm: 2.5, direction: cw, sweep: half, exact: yes,\n"
-        "              offset: [0.1, 0, 0.25], angles: [0, 90]}\n";
+        "              offset: [0.1, 0, 0.25], angles: [0, 90, 0]}\n";
     const struct dx_hokuyo_config *h;
     struct dx_config c, again;
     char *text, *text_again;

@@ -372,6 +372,13 @@ static void losses_are_doubts_until_the_index(void **state)
     doubt_ends_at_the_index(&(struct dx_gpio_script_faults){.lose_at = 52, .n_lose = 1}, -4);
 }
 
+/* Two edges in the wrong order. */
+static void a_wrong_order_is_a_doubt_until_the_index(void **state)
+{
+    (void)state;
+    doubt_ends_at_the_index(&(struct dx_gpio_script_faults){.swap_at = 52}, -4);
+}
+
 static void bounce_is_no_loss(void **state)
 {
     struct rig r = turned(100, &(struct dx_gpio_script_faults){.bounce_ns = 10}, true);
@@ -469,6 +476,7 @@ int main(void)
         cmocka_unit_test(queues_of_lines_tell_the_angle),
         cmocka_unit_test(angles_are_the_stages),
         cmocka_unit_test(losses_are_doubts_until_the_index),
+        cmocka_unit_test(a_wrong_order_is_a_doubt_until_the_index),
         cmocka_unit_test(bounce_is_no_loss),
         cmocka_unit_test(looks_at_levels_after_a_doubt),
         cmocka_unit_test(a_chip_that_goes_is_a_failure),

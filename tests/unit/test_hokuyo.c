@@ -1,9 +1,12 @@
 /* Blocks of scans: made of what the simulated scanner sends, decoded to frames; cut and damaged. */
 #include "drivers/hokuyo/hokuyo.h"
 #include "drivers/hokuyo/scip_block.h"
+#include "drivers/hokuyo/scip_link.h"
 #include "tests/unit/scip_rig.h"
 
 #include <errno.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 struct sink {
     struct dx_geometry *geometry;
@@ -272,12 +275,49 @@ static void checks_addresses(void **state)
     }
 }
 
+/* A link that takes nothing ends a command, and keeps nobody for long. */
+static void a_full_link_ends_a_command(void **state)
+{
+    static const uint8_t filling[4096];
+    struct dx_scip_link *link;
+    struct dx_err err;
+    int fds[2];
+
+    (void)state;
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, fds), 0);
+    while (write(fds[0], filling, sizeof(filling)) > 0)
+        ;
+    assert_int_equal(dx_scip_link_new_fd(&link, fds[0], "there", &err), 0);
+    assert_int_equal(link->ops->write(link, (const uint8_t *)"QT\n", 3, &err), -ETIMEDOUT);
+    assert_string_equal(err.text, "there: takes no commands");
+    dx_scip_link_close(link);
+    close(fds[1]);
+}
+
+/* udev tells nothing of what is on the network. */
+static void knows_where_udev_helps(void **state)
+{
+    struct dx_hokuyo_config c = plain;
+
+    (void)state;
+    assert_false(dx_hokuyo_driver.is_remote(&c));
+    c.tcp = (char *)"";
+    assert_false(dx_hokuyo_driver.is_remote(&c));
+    c.tcp = (char *)"192.168.0.10";
+    assert_true(dx_hokuyo_driver.is_remote(&c));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(checks_addresses),  cmocka_unit_test(decodes),
-        cmocka_unit_test(header_comes_back), cmocka_unit_test(chooses_echoes),
-        cmocka_unit_test(damaged_blocks),    cmocka_unit_test(refuses_what_does_not_go_together),
+        cmocka_unit_test(checks_addresses),
+        cmocka_unit_test(decodes),
+        cmocka_unit_test(header_comes_back),
+        cmocka_unit_test(chooses_echoes),
+        cmocka_unit_test(damaged_blocks),
+        cmocka_unit_test(refuses_what_does_not_go_together),
+        cmocka_unit_test(a_full_link_ends_a_command),
+        cmocka_unit_test(knows_where_udev_helps),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -26,6 +26,7 @@ static struct scip_sim sim;
 static struct mock_usb *mock;
 static bool refuses; /* the requests of CDC-ACM */
 static int n_requests;
+static uint32_t columns; /* of a turn */
 
 static int on_control(void *ctx, const uint8_t request[8], uint8_t *bytes, int len)
 {
@@ -66,6 +67,7 @@ static int setup(void **state)
 {
     (void)state;
     refuses = false;
+    columns = 0;
     n_requests = 0;
     scip_sim_init(&sim, &scip_models[2], dx_pace_now());
     mock = mock_usb_new(&(struct mock_usb_device){descriptors, sizeof(descriptors), NULL,
@@ -87,7 +89,7 @@ static struct dx_device *start(const char *port, const char *serial)
                                        .first_step = 500,
                                        .last_step = 580,
                                        .cluster = 1,
-                                       .stage = {.angle = {.rpm = 10}}};
+                                       .stage = {.angle = {.rpm = 10}, .columns = columns}};
     struct dx_device *dev = NULL;
     struct dx_err err = {""};
 
@@ -136,6 +138,25 @@ static void streams(void **state)
     }
 }
 
+/* A mesh that cannot come of it is told, before anybody wonders. */
+static void tells_of_empty_columns(void **state)
+{
+    struct dx_device_health health;
+    struct dx_device *dev;
+    struct dx_block block;
+    struct dx_err err = {""};
+
+    (void)state;
+    columns = 4000; /* 240 scans a turn */
+    dev = start("", "");
+    for (unsigned k = 0; k < 10; k++)
+        assert_int_equal(next(dev, &block, &err), 0);
+    dx_hokuyo_driver.health(dev, &health);
+    assert_non_null(strstr(health.trouble, "too few scans a turn for 4000 columns"));
+    dx_hokuyo_driver.stop(dev);
+    dx_hokuyo_driver.close(dev);
+}
+
 static bool contact_is_open;
 
 static void interlock_state(const struct dx_interlock *interlock, struct dx_interlock_state *out)
@@ -145,18 +166,24 @@ static void interlock_state(const struct dx_interlock *interlock, struct dx_inte
 }
 
 /* The laser is off while the interlock is open, and the scanner measures again when it is closed.
- */
+ * What was counted before stays. */
 static void obeys_the_interlock(void **state)
 {
     static const struct dx_interlock interlock = {interlock_state};
     struct dx_device *dev = start("", "");
+    struct dx_device_health before, health;
     struct dx_block block;
     struct dx_err err = {""};
 
     (void)state;
     contact_is_open = false;
     dx_hokuyo_driver.guard(dev, &interlock);
+    sim.faults.bad_sum_every = 2;
     assert_int_equal(next(dev, &block, &err), 0);
+    assert_int_equal(next(dev, &block, &err), 0);
+    sim.faults.bad_sum_every = 0;
+    dx_hokuyo_driver.health(dev, &before);
+    assert_true(before.n_damaged > 0);
     for (int round = 0; round < 2; round++) {
         assert_int_equal(sim.state, SIM_MULTI);
         contact_is_open = true;
@@ -167,6 +194,8 @@ static void obeys_the_interlock(void **state)
         contact_is_open = false;
         assert_int_equal(next(dev, &block, &err), 0);
     }
+    dx_hokuyo_driver.health(dev, &health);
+    assert_true(health.n_damaged >= before.n_damaged && health.n_lost >= before.n_lost);
     contact_is_open = true; /* unplugged in the dark */
     assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
     mock_usb_unplug(mock);
@@ -182,8 +211,15 @@ static void refuses_another_serial(void **state)
     struct dx_err err = {""};
 
     (void)state;
-    assert_int_equal(next(dev, &block, &err), DX_DRIVER_E_GONE);
+    assert_int_equal(next(dev, &block, &err), -ENXIO); /* there, and not ours */
     assert_string_equal(err.text, "usb 1-1: serial number is 'H0614967', expected 'H0000001'");
+    dx_hokuyo_driver.stop(dev);
+    dx_hokuyo_driver.close(dev);
+    sim.faults.no_serial = true;
+    dev = start("", "H0614967");
+    assert_int_equal(next(dev, &block, &err), -ENXIO);
+    assert_string_equal(err.text,
+                        "usb 1-1: the scanner tells no serial number, expected 'H0614967'");
     dx_hokuyo_driver.stop(dev);
     dx_hokuyo_driver.close(dev);
 }
@@ -211,6 +247,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(streams, setup, teardown),
+        cmocka_unit_test_setup_teardown(tells_of_empty_columns, setup, teardown),
         cmocka_unit_test_setup_teardown(obeys_the_interlock, setup, teardown),
         cmocka_unit_test_setup_teardown(refuses_another_serial, setup, teardown),
         cmocka_unit_test_setup_teardown(is_unplugged, setup, teardown),

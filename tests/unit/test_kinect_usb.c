@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "drivers/kinect/kinect_decode.h"
+#include "drivers/replay.h"
 #include "tests/unit/fake_libusb.h"
 #include "tools/alloc_count.h"
 
@@ -363,6 +364,25 @@ static void a_stream_that_only_fails_ends(void **state)
     end_it(dev);
 }
 
+/* Nor when the camera says no word more: a stop is no longer than 0.3 s, of near mode as well. (Of
+ * the clock; fast_waits.c.) */
+static void a_stop_waits_for_no_answer(void **state)
+{
+    struct dx_device *dev;
+    struct dx_block block;
+    uint64_t start_ns;
+
+    (void)state;
+    fake_libusb.sim.windows = true;
+    config.near = true;
+    dev = start_it();
+    assert_int_equal(read_block(dev, &block), 0);
+    fake_libusb.sim.faults.n_silent = 1000000;
+    start_ns = dx_pace_now();
+    end_it(dev);
+    assert_true(dx_pace_now() - start_ns < UINT64_C(1000000000)); /* each answer had a second */
+}
+
 /* The kernel keeps the transfers: all else is given back, and close ends. */
 static void a_close_ends_whatever_is_stuck(void **state)
 {
@@ -394,7 +414,7 @@ static void it_is_found(void **state)
     (void)state;
     assert_int_equal(driver->probe(keep, text, &err), 0);
     assert_string_equal(text, "Kinect for Xbox 360, depth|/dev/bus/usb/003/007|A00366902968103A|"
-                              "3-1.4|serial: A00366902968103A\n|0");
+                              "3-1.4|serial: \"A00366902968103A\"\n|0");
     fake_libusb.open_error = LIBUSB_ERROR_ACCESS;
     assert_int_equal(driver->probe(keep, text, &err), 0);
     assert_string_equal(text, "Kinect for Xbox 360, depth|/dev/bus/usb/003/007||3-1.4|"
@@ -419,6 +439,7 @@ int main(void)
         TEST(replies_are_waited_for),
         TEST(a_silent_camera_keeps_nobody),
         TEST(a_stream_that_only_fails_ends),
+        TEST(a_stop_waits_for_no_answer),
         TEST(a_close_ends_whatever_is_stuck),
         TEST(it_is_found),
     };

@@ -10,6 +10,7 @@
 #include "daemon/reader.h"
 
 #include <dirent.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <semaphore.h>
 
@@ -133,13 +134,17 @@ static void a_hundred_unpluggings_leave_nothing_behind(void **state)
 {
     struct dx_reader_device_status s;
     unsigned n_fds, n_threads;
+    size_t n_bytes;
     struct rig r;
 
     (void)state;
-    start(&r); /* the first thread makes ThreadSanitizer start one of its own */
+    fake.present = true;
+    start(&r); /* once: the first thread makes ThreadSanitizer start one of its own */
+    await(&r, DX_STREAM_LIVE);
     join(&r);
     n_fds = n_entries("/proc/self/fd");
     n_threads = n_entries("/proc/self/task");
+    n_bytes = mallinfo2().uordblks;
     fake.present = true;
     start(&r);
     await(&r, DX_STREAM_LIVE);
@@ -168,6 +173,8 @@ static void a_hundred_unpluggings_leave_nothing_behind(void **state)
     join(&r);
     assert_int_equal(n_entries("/proc/self/fd"), n_fds);
     assert_int_equal(n_entries("/proc/self/task"), n_threads);
+    /* free() keeps some for the next malloc(); 60 bytes a stay would show */
+    assert_true(mallinfo2().uordblks < n_bytes + 6000);
 }
 
 /* Lines of standard error while a device flaps: a few, and how many there would have been. */
@@ -319,6 +326,37 @@ static void the_first_block_of_a_stay_is_marked(void **state)
     dx_block_ring_fini(&ring);
 }
 
+static bool points_away(const void *config)
+{
+    return *(const bool *)config;
+}
+
+/* The loop watches for devices of those alone that udev knows. */
+static void one_on_the_network_has_no_subsystems(void **state)
+{
+    struct dx_driver driver = fake_driver;
+    struct dx_stream_reader *reader;
+    struct dx_counters counters = {0};
+    struct dx_mailbox *mailbox;
+    struct dx_err err;
+    bool is_remote = false;
+
+    (void)state;
+    driver.is_remote = points_away;
+    assert_int_equal(dx_mailbox_new(&mailbox, false, NULL, NULL), 0);
+    for (int k = 0; k < 2; k++) {
+        assert_int_equal(
+            dx_stream_reader_new(&reader, "t", &driver, &is_remote, mailbox, &counters, &err), 0);
+        if (is_remote)
+            assert_null(*dx_stream_reader_subsystems(reader));
+        else
+            assert_string_equal(*dx_stream_reader_subsystems(reader), "fake");
+        dx_stream_reader_free(reader);
+        is_remote = true;
+    }
+    dx_mailbox_free(mailbox);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -329,6 +367,7 @@ int main(void)
         cmocka_unit_test(a_fault_is_told_and_tried_again),
         cmocka_unit_test(stops_at_once_in_any_state),
         cmocka_unit_test(the_first_block_of_a_stay_is_marked),
+        cmocka_unit_test(one_on_the_network_has_no_subsystems),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,8 @@
 /* The talk with a scanner: each way to start, each fault, the clock, and the end. */
 #include "scip_rig.h"
 
+#include "core/base/rng.h"
+
 static void starts(void **state)
 {
     struct rig r;
@@ -202,6 +204,79 @@ static void waits_while_it_verifies(void **state)
     rig_fini(&r);
 }
 
+/* A status instead of a scan, in the middle of a stream. */
+static void tell_status(struct rig *r, unsigned status)
+{
+    char text[64];
+    uint8_t digits[2] = {(uint8_t)('0' + status / 10), (uint8_t)('0' + status % 10)};
+    int n = snprintf(text, sizeof(text), "%.13s00\n%c%c%c\n\n", r->session.request.command,
+                     digits[0], digits[1], dx_scip_sum(digits, 2));
+
+    for (int at = 0; at < n;)
+        at += (int)dx_scip_session_feed(&r->session, (const uint8_t *)text + at, (size_t)(n - at),
+                                        r->now);
+}
+
+/* Each number that there is: 21 to 49 are waited out until 98, 50 to 97 are faults, 0 says nothing,
+ * and others end the stream. */
+static void every_status_has_its_answer(void **state)
+{
+    (void)state;
+    for (unsigned status = 0; status < 99; status++) {
+        bool waits = status >= 21 && status <= 49, is_fault = status >= 50 && status <= 97;
+        struct rig r;
+
+        rig_init(&r, "utm-30lx",
+                 (struct dx_scip_want){.first_step = 540, .last_step = 560, .cluster = 1});
+        rig_run(&r, 1200 * MS);
+        assert_int_equal(r.session.state, DX_SCIP_STREAM);
+        tell_status(&r, status);
+        assert_int_equal(r.session.state, is_fault                               ? DX_SCIP_FAULT_QT
+                                          : waits || status == 0 || status == 98 ? DX_SCIP_STREAM
+                                                                                 : DX_SCIP_FLUSH);
+        assert_int_equal(r.session.suspended, waits);
+        assert_int_equal(r.session.trouble[0] != 0, status != 0 && status != 98);
+        if (waits)
+            tell_status(&r, 98);
+        assert_true(!waits || (!r.session.suspended && !r.session.trouble[0]));
+        rig_run(&r, 3 * S); /* and it streams again */
+        assert_int_equal(r.session.state, DX_SCIP_STREAM);
+        assert_string_equal(r.session.trouble, "");
+        assert_int_equal(r.session.counts.n_restarts > 0, is_fault || (status > 0 && status < 21));
+        rig_fini(&r);
+    }
+}
+
+/* Unplugged at any byte of a stream, and opened anew while the scanner streams on. */
+static void comes_back_after_any_byte(void **state)
+{
+    struct dx_scip_want want = {.first_step = 540, .last_step = 640, .cluster = 1};
+    struct dx_rng rng = dx_rng_init(5, 0);
+    struct rig r;
+
+    (void)state;
+    rig_init(&r, "utm-30lx", want);
+    for (unsigned k = 0; k < 100; k++) {
+        size_t cut = dx_rng_below(&rng, 400);
+
+        rig_forget(&r);
+        rig_run(&r, 1500 * MS);
+        assert_int_equal(r.session.state, DX_SCIP_STREAM);
+        assert_true(r.n_scans > 5);
+        assert_int_equal(r.session.counts.n_restarts + r.session.counts.n_bad, 0);
+        while (r.sim.out_len == 0) {
+            r.now += MS;
+            scip_sim_tick(&r.sim, r.now);
+        }
+        r.sim.out_len = cut < r.sim.out_len ? cut : r.sim.out_len;
+        rig_to_session(&r);
+        dx_scip_session_fini(&r.session);
+        assert_int_equal(dx_scip_session_init(&r.session, &want, 0, r.now), 0);
+        r.last_device_ns = 0; /* each stay has its own */
+    }
+    rig_fini(&r);
+}
+
 static void resets_after_a_fault(void **state)
 {
     struct rig r;
@@ -394,6 +469,8 @@ int main(void)
         cmocka_unit_test(finds_its_way_after_lost_bytes),
         cmocka_unit_test(restarts_a_stream_of_rubbish),
         cmocka_unit_test(waits_while_it_verifies),
+        cmocka_unit_test(every_status_has_its_answer),
+        cmocka_unit_test(comes_back_after_any_byte),
         cmocka_unit_test(resets_after_a_fault),
         cmocka_unit_test(reboots_what_is_abnormal),
         cmocka_unit_test(gives_up_on_silence),

@@ -254,6 +254,8 @@ static void what_cannot_be(void **state)
 {
     const struct dx_line_shape shape = {
         .n = 100, .angle0_rad = -0.5, .step_rad = 0.01, .max_m = 10, .lines_s = 40};
+    const struct dx_line_shape one = {
+        .n = 1, .angle0_rad = -0.5, .step_rad = 0.01, .max_m = 10, .lines_s = 40};
     struct dx_stage_config c = {.angle = {.rpm = 10}, .angles_deg = {90, 0, 0}};
     struct watch w = {0};
     struct dx_frame_sink sink = {&w, on_geometry, on_plane, on_deliver};
@@ -261,9 +263,20 @@ static void what_cannot_be(void **state)
     struct dx_err err;
 
     (void)state;
+    assert_non_null(strstr(dx_stage_check(&c), "level"));
+    assert_int_equal(dx_stage_new(&st, &c, &err), -EINVAL);
+    c.angles_deg[0] = 0;
     assert_int_equal(dx_stage_new(&st, &c, &err), 0);
-    assert_int_equal(dx_stage_shape(st, &shape, &sink, &err), -EINVAL);
-    assert_non_null(strstr(err.text, "level"));
+    for (int k = 0; k < 3; k++) { /* however many scans of it come */
+        err.text[0] = 0;
+        assert_int_equal(dx_stage_shape(st, &one, &sink, &err), -EINVAL);
+        assert_string_equal(err.text, "stage: a grid of 1 rows and 234 columns is not possible");
+    }
+    assert_int_equal(dx_stage_shape(st, &shape, &sink, &err), 0);
+    dx_geometry_unref(w.geometry);
+    dx_plane_fini(&w.plane);
+    free(w.delivered);
+    free(w.kept);
     dx_stage_free(st);
     c.columns = 101;
     assert_non_null(dx_stage_check(&c));
@@ -274,6 +287,23 @@ static void what_cannot_be(void **state)
     assert_int_equal(dx_stage_new(&st, &c, &err), -EINVAL);
 }
 
+/* How far the stage goes on between two scans, in columns. */
+static void strides(void **state)
+{
+    const struct dx_line_shape shape = {
+        .n = 100, .angle0_rad = -0.5, .step_rad = 0.01, .max_m = 10, .lines_s = 40};
+    struct dx_stage_config c = {.angle = {.rpm = 10}};
+    double turn_s = 2 * DX_PI / 6;
+    uint32_t turn;
+
+    (void)state;
+    assert_true(dx_stage_stride(&c, &shape, turn_s, &turn) < 1); /* 240 scans a turn */
+    assert_int_equal(turn, 234);
+    c.columns = 2400;
+    assert_true(fabs(dx_stage_stride(&c, &shape, -turn_s, &turn) - 10) < 1e-9);
+    assert_int_equal(turn, 2400);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -282,7 +312,7 @@ int main(void)
         cmocka_unit_test(half_turns),        cmocka_unit_test(back_and_forth),
         cmocka_unit_test(mean_of_several),   cmocka_unit_test(doubtful_angles),
         cmocka_unit_test(trembling),         cmocka_unit_test(new_stay),
-        cmocka_unit_test(what_cannot_be),
+        cmocka_unit_test(what_cannot_be),    cmocka_unit_test(strides),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -12,6 +12,8 @@
 
 #include <cmocka.h>
 
+#include "tests/unit/umock_memory.h"
+
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>

@@ -16,7 +16,6 @@ static inline void kernel_plug(const char *name, unsigned port, const char *seri
     struct kernel_node *node = &kernel.nodes[kernel.n_nodes++];
     unsigned number = (unsigned)atoi(name + strlen("video"));
     char text[1200], path[64], link[64], device[16];
-    GError *error = NULL;
     int fd;
 
     *node = (struct kernel_node){name, serial, {format0, format1}, caps};
@@ -43,8 +42,6 @@ static inline void kernel_plug(const char *name, unsigned port, const char *seri
     snprintf(link, sizeof(link), "v4l/by-path/port-%u-%s", port, name);
     umock_number(kernel.bed, link, device);
     snprintf(path, sizeof(path), "/dev/%s", name);
-    if (!umockdev_testbed_attach_ioctl(kernel.bed, path, kernel.base, &error))
-        fail_msg("%s", error->message);
     fd = __real_open(path, O_RDWR | O_CLOEXEC);
     assert_true(fd >= 0);
     assert_int_equal(ftruncate(fd, (off_t)KERNEL_BUFFERS * KERNEL_ROOM), 0);
@@ -60,8 +57,6 @@ static inline void kernel_unplug(const char *name, unsigned port)
 {
     char path[256];
 
-    snprintf(path, sizeof(path), "/dev/%s", name);
-    umockdev_testbed_detach_ioctl(kernel.bed, path, NULL);
     snprintf(path, sizeof(path), "/sys" KERNEL_USB "%u/1-%u:1.0/video4linux/%s", port, port, name);
     umockdev_testbed_remove_device(kernel.bed, path);
     kernel.n_nodes = 0;
@@ -79,34 +74,18 @@ static int kernel_set_up(void **state)
         .rate = {1, 30},
         .stamp_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE,
         .bed = umockdev_testbed_new(),
-        .context = g_main_context_new(),
     };
-    g_main_context_push_thread_default(kernel.context);
-    kernel.base = umockdev_ioctl_base_new();
-    g_signal_connect(kernel.base, "handle-ioctl", G_CALLBACK(kernel_ioctl), NULL);
     umockdev_testbed_add_from_string(
         kernel.bed, "P: /devices/pci0000:00/0000:00:14.0\nE: SUBSYSTEM=pci\n\n", NULL);
-    g_main_context_pop_thread_default(kernel.context);
-    return pthread_create(&kernel.thread, NULL, kernel_run, NULL);
+    return 0;
 }
 
 static int kernel_tear_down(void **state)
 {
-    char path[64];
-
     (void)state;
-    for (unsigned k = 0; k < kernel.n_nodes; k++) {
-        snprintf(path, sizeof(path), "/dev/%s", kernel.nodes[k].name);
-        umockdev_testbed_detach_ioctl(kernel.bed, path, NULL);
-    }
-    __atomic_store_n(&kernel.quit, true, __ATOMIC_RELEASE);
-    g_main_context_wakeup(kernel.context);
-    pthread_join(kernel.thread, NULL);
     if (kernel.memory)
         munmap(kernel.memory, (size_t)KERNEL_BUFFERS * KERNEL_ROOM);
-    g_object_unref(kernel.base);
     g_object_unref(kernel.bed);
-    g_main_context_unref(kernel.context);
     return 0;
 }
 

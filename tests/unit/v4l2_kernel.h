@@ -1,8 +1,8 @@
 /*
- * A scripted kernel with depth cameras, for tests: umockdev makes the nodes and takes the ioctls,
- * which are answered here as videobuf2 does; poll() is the linker's wrap, for umockdev has none
- * (a wait tells what the script's next step is, and the wake's descriptor is really waited for).
- * Buffers are parts of the node's file. One camera streams at a time. It is our idea of the kernel:
+ * A scripted kernel with depth cameras, for tests: umockdev makes the nodes and what sysfs has of
+ * them; ioctl() and poll() are the linker's wraps, and are answered here as videobuf2 does (a wait
+ * tells what the script's next step is, and the wake's descriptor is really waited for). Buffers
+ * are parts of the node's file. One camera streams at a time. It is our idea of the kernel:
  * `make hil` has the real one.
  */
 #ifndef V4L2_KERNEL_H
@@ -25,8 +25,10 @@
 #include <unistd.h>
 
 #define KERNEL_BUFFERS 4
-#define KERNEL_ROOM    65536 /* bytes of a buffer in the file */
-#define KERNEL_NODES   6
+#ifndef KERNEL_ROOM
+#define KERNEL_ROOM 65536 /* bytes of a buffer in the file */
+#endif
+#define KERNEL_NODES 6
 
 enum kernel_step {
     STEP_NONE, /* the script is over: nothing happens */
@@ -54,10 +56,6 @@ struct kernel_node {
 
 static struct kernel {
     UMockdevTestbed *bed;
-    GMainContext *context;
-    UMockdevIoctlBase *base;
-    pthread_t thread;
-    bool quit;
     struct kernel_node nodes[KERNEL_NODES];
     unsigned n_nodes, ports; /* bits: those that have a USB device */
 
@@ -84,18 +82,27 @@ static struct kernel {
     unsigned n_ioctls, fail_at, n_on, n_off, n_released; /* fail_at counts from 1; 0: none */
     int fail_code;
     bool refuse_open;
+    uint64_t frame_ns,
+        due_ns;       /* not 0: a frame comes each so often, the next one then; no script */
+    uint64_t told_ns; /* when the last one that was told was due */
     int64_t ahead_ns; /* of the clock */
 } kernel;
 
-/* ---- ioctls, in umockdev's thread ---------------------------------------------------------------
+/* ---- ioctls -------------------------------------------------------------------------------------
  */
 
-static const struct kernel_node *kernel_node(UMockdevIoctlClient *client)
+/* The camera behind a descriptor. NULL: it is not there any more, or is none. */
+static const struct kernel_node *kernel_node(int fd)
 {
-    const char *name = umockdev_ioctl_client_get_devnode(client);
+    char link[64], path[512] = "";
+    const char *name;
 
+    snprintf(link, sizeof(link), "/proc/self/fd/%d", fd);
+    if (readlink(link, path, sizeof(path) - 1) < 0)
+        return NULL;
+    name = strrchr(path, '/') + 1;
     for (unsigned k = 0; k < kernel.n_nodes; k++)
-        if (!strcmp(strrchr(name, '/') + 1, kernel.nodes[k].name))
+        if (!strcmp(name, kernel.nodes[k].name))
             return &kernel.nodes[k];
     return NULL;
 }
@@ -124,7 +131,9 @@ static int kernel_dequeue(struct v4l2_buffer *b, struct v4l2_plane *plane)
     enum kernel_step step = kernel.script[kernel.at];
     uint32_t used = kernel_len();
 
-    if (step == STEP_NONE)
+    if (kernel.frame_ns)
+        step = STEP_FRAME;
+    else if (step == STEP_NONE)
         return EAGAIN;
     if (step < STEP_LOST || step == STEP_OTHER)
         kernel.at++;
@@ -149,7 +158,8 @@ static int kernel_dequeue(struct v4l2_buffer *b, struct v4l2_plane *plane)
         return EINVAL;
     b->index = kernel.queue[0];
     memmove(kernel.queue, kernel.queue + 1, --kernel.n_queued * sizeof(kernel.queue[0]));
-    kernel_draw(kernel.memory + (size_t)b->index * KERNEL_ROOM, kernel.sequence);
+    if (!kernel.frame_ns) /* it would be the reader's time */
+        kernel_draw(kernel.memory + (size_t)b->index * KERNEL_ROOM, kernel.sequence);
     b->sequence = kernel.sequence++;
     b->flags = kernel.stamp_flags | (step == STEP_DAMAGED ? V4L2_BUF_FLAG_ERROR : 0);
     b->timestamp.tv_sec = 3;
@@ -279,48 +289,16 @@ static int kernel_answer(const struct kernel_node *node, unsigned long request, 
     }
 }
 
-/* One thread at a time has the kernel: the driver's, and during its ioctls umockdev's. This hands
- * it over, where ThreadSanitizer can see it. */
-static void kernel_hand_over(void)
+static int kernel_ioctl(const struct kernel_node *node, unsigned long request, void *arg)
 {
-    static int turn;
+    struct v4l2_plane *planes = NULL;
+    int code = kernel.gone || !node ? ENODEV : 0;
 
-    __atomic_fetch_add(&turn, 1, __ATOMIC_ACQ_REL);
-}
-
-static gboolean kernel_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer data)
-{
-    gulong request = umockdev_ioctl_client_get_request(client);
-    UMockdevIoctlData *arg = umockdev_ioctl_client_get_arg(client), *d, *planes = NULL;
-    struct v4l2_plane *plane = NULL;
-    int code;
-
-    (void)base;
-    (void)data;
-    kernel_hand_over();
-    d = umockdev_ioctl_data_resolve(arg, 0, _IOC_SIZE(request), NULL);
-    if (kernel.planar && (request == VIDIOC_QUERYBUF || request == VIDIOC_DQBUF)) {
-        planes = umockdev_ioctl_data_resolve(d, offsetof(struct v4l2_buffer, m.planes),
-                                             VIDEO_MAX_PLANES * sizeof(*plane), NULL);
-        plane = (void *)planes->data;
-    }
-    code = kernel.gone ? ENODEV : 0;
+    if (kernel.planar && (request == VIDIOC_QUERYBUF || request == VIDIOC_DQBUF))
+        planes = ((struct v4l2_buffer *)arg)->m.planes;
     if (++kernel.n_ioctls == kernel.fail_at)
         code = kernel.fail_code;
-    if (!code)
-        code = kernel_answer(kernel_node(client), request, d->data, plane);
-    kernel_hand_over();
-    umockdev_ioctl_client_complete(client, code ? -1 : 0, code);
-    return TRUE;
-}
-
-static void *kernel_run(void *unused)
-{
-    g_main_context_push_thread_default(kernel.context);
-    while (!__atomic_load_n(&kernel.quit, __ATOMIC_ACQUIRE))
-        g_main_context_iteration(kernel.context, TRUE);
-    g_main_context_pop_thread_default(kernel.context);
-    return unused;
+    return code ? code : kernel_answer(node, request, arg, planes);
 }
 
 /* ---- the linker's wraps -------------------------------------------------------------------------
@@ -328,7 +306,6 @@ static void *kernel_run(void *unused)
 
 int __real_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms);
-int __real_ioctl(int fd, unsigned long request, ...);
 int __wrap_ioctl(int fd, unsigned long request, void *arg);
 int __real_open(const char *path, int flags, ...);
 int __wrap_open(const char *path, int flags, ...);
@@ -367,6 +344,27 @@ static short kernel_poll(void)
     return kernel.n_queued ? POLLIN : POLLERR;
 }
 
+/* Frames by the clock. One that nobody has waited for is told at once, and so late. */
+static int kernel_poll_paced(struct pollfd *fd, int timeout_ms)
+{
+    struct timespec now, left = {timeout_ms / 1000, timeout_ms % 1000 * 1000000};
+    uint64_t now_ns;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    now_ns = (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+    if (kernel.due_ns > now_ns)
+        left = (struct timespec){0, (long)(kernel.due_ns - now_ns)};
+    else
+        left = (struct timespec){0, 0};
+    fd[0].revents = 0;
+    if (ppoll(fd + 1, 1, &left, NULL) > 0)
+        return 1;
+    kernel.told_ns = kernel.due_ns;
+    kernel.due_ns += kernel.frame_ns;
+    fd[0].revents = POLLIN;
+    return 1;
+}
+
 int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
 {
     if (n == 0) { /* a pause */
@@ -376,6 +374,8 @@ int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
     }
     if (n != 2 || !(fd[0].events & POLLPRI))
         return __real_poll(fd, n, timeout_ms);
+    if (kernel.frame_ns)
+        return kernel_poll_paced(fd, timeout_ms);
     kernel.n_polls++;
     kernel.timeout_ms = timeout_ms;
     if (kernel.script[kernel.at] == STEP_LOST) {
@@ -389,12 +389,10 @@ int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
 
 int __wrap_ioctl(int fd, unsigned long request, void *arg)
 {
-    int r;
+    int code = kernel_ioctl(kernel_node(fd), request, arg);
 
-    kernel_hand_over();
-    r = __real_ioctl(fd, request, arg);
-    kernel_hand_over();
-    return r;
+    errno = code ? code : errno;
+    return code ? -1 : 0;
 }
 
 int __wrap_open(const char *path, int flags, ...)
