@@ -23,7 +23,7 @@ struct dx_robust_points {
     /* at an odd n, place n is used as well */
     double x[DX_ROBUST_MAX_POINTS], y[DX_ROBUST_MAX_POINTS], z[DX_ROBUST_MAX_POINTS];
     double w[DX_ROBUST_MAX_POINTS];      /* by distance alone */
-    double weight[DX_ROBUST_MAX_POINTS]; /* of the last step: w exp(-h^2 / (2 sr^2)) */
+    double weight[DX_ROBUST_MAX_POINTS]; /* of the last step: by distance and height */
 };
 
 struct dx_robust_plane {
