@@ -33,7 +33,9 @@ static double roundness(const struct dx_grow_run *run, uint32_t b)
     dx_grow_cross(n, uv, uq);
     for (int k = 0; k < 3; k++)
         mean[k] = run->normal[u][k] + run->normal[v][k] + run->normal[q][k];
-    if (!(dx_grow_dot(n, mean) > 0))
+    /* three edges are a hole whatever the sides: they bound no patch but a triangle's own back,
+     * which does not fit */
+    if (!(dx_grow_dot(n, mean) > 0) && m->of[m->of[b].next].next != m->of[b].prev)
         return 0;
     return sqrt(dx_grow_dot(n, n)) /
            (dx_grow_dot(uv, uv) + dx_grow_dot(uq, uq) + dx_grow_dot(vq, vq));

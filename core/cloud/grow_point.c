@@ -122,6 +122,35 @@ static bool may_join(const struct dx_grow_run *run, const struct edge *e, uint32
     return dx_halfedge_fits(run->mesh, e->b, t, *corner) && dx_grow_is_clear(run, v, false);
 }
 
+/* The triangle of e and t, seen along its normal, has point q inside. */
+static bool covers(const struct dx_grow_run *run, const struct edge *e, uint32_t t, uint32_t q)
+{
+    const uint32_t v[3] = {e->u, e->v, t};
+    double n[3];
+
+    dx_grow_face_normal(n, run, v[0], v[1], v[2]);
+    for (int k = 0; k < 3; k++) {
+        double side[3], to_q[3], out[3];
+
+        dx_grow_between(side, run, v[k], v[(k + 1) % 3]);
+        dx_grow_between(to_q, run, v[k], q);
+        dx_grow_cross(out, side, to_q);
+        if (!(dx_grow_dot(out, n) > 0))
+            return false;
+    }
+    return true;
+}
+
+/* One of the other candidates that no triangle has yet is under the triangle: it would stay so. */
+static bool covers_any(const struct dx_grow_run *run, const struct edge *e, uint32_t t,
+                       const struct candidate *c, uint32_t n)
+{
+    for (uint32_t k = 0; k < n; k++)
+        if (c[k].t != t && !c[k].gone && !dx_grow_is_used(run, c[k].t) && covers(run, e, t, c[k].t))
+            return true;
+    return false;
+}
+
 uint32_t dx_grow_point(const struct dx_grow_run *run, uint32_t b, uint32_t *corner)
 {
     struct edge e = {.b = b, .u = dx_halfedge_from(run->mesh, b), .v = run->mesh->of[b].to};
@@ -140,7 +169,7 @@ uint32_t dx_grow_point(const struct dx_grow_run *run, uint32_t b, uint32_t *corn
         for (uint32_t k = 0; k < n; k++)
             if (!c[k].gone && (!best || is_better(&c[k], best)))
                 best = &c[k];
-        if (may_join(run, &e, best->t, corner))
+        if (!covers_any(run, &e, best->t, c, n) && may_join(run, &e, best->t, corner))
             return best->t;
         c[best - c].gone = true;
     }
