@@ -26,7 +26,7 @@ struct tree {
 void dx_cluster_defaults(struct dx_cluster_config *config)
 {
     *config = (struct dx_cluster_config){
-        .split = DX_CLUSTER_ACROSS, .max_variation = 0.01, .min_points = 8, .max_points = 64};
+        .split = DX_CLUSTER_ACROSS, .max_variation = 0.01, .min_points = 8, .max_points = 32};
 }
 
 static int check(const struct dx_cluster_config *c, struct dx_err *err)
