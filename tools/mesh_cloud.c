@@ -129,7 +129,7 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
     if (rc < 0)
         return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->source.path, job->cloud->n,
                           strerror(-rc));
-    if (mesh.n_triangles == 0)
+    if (mesh.n_vertices == 0)
         fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->source.path);
     rc = a->out ? dx_out_mesh(a->out, &mesh, &write, err) : 0;
     if (rc == 0 && a->stats && print_stats(&mesh, job, t) < 0)

@@ -21,8 +21,9 @@ void dx_dexels_size(struct dx_cloud *c, double row_extent, double col_extent)
     side = side > longer / n_dexels ? side : longer / n_dexels;
     side = floor(side) + 1;
     c->side = (int32_t)side;
-    c->rows = (uint32_t)(row_extent / side) + 1;
-    c->cols = (uint32_t)(col_extent / side) + 1;
+    /* the last point may be snapped beyond the extent */
+    c->rows = (uint32_t)(rint(row_extent) / side) + 1;
+    c->cols = (uint32_t)(rint(col_extent) / side) + 1;
 }
 
 /* Depth, then the other coordinates, then the number in the input: a total order. */

@@ -80,6 +80,27 @@ static void dexels_are_sorted_by_depth(void **state)
     dx_cloud_fini(&c);
 }
 
+/* Also where snapping moves the farthest point on to where a dexel begins. */
+static void the_farthest_point_has_a_dexel(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 0; seed < 20000; seed++) {
+        struct dx_rng g = dx_rng_init(seed, 8);
+        const uint32_t n = 2 + dx_rng_below(&g, 6);
+        double xyz[3 * 8];
+        struct dx_cloud c;
+
+        draw(xyz, n, seed);
+        for (uint32_t k = 0; k < n; k++)
+            xyz[3 * k + 1] *= 0x1p-26; /* a few steps wide */
+        assert_int_equal(dx_cloud_init(&c, xyz, n, NULL, NULL), 0);
+        for (uint32_t r = 0; r < c.n; r++)
+            assert_true((uint32_t)(c.at[r][0] / c.side) < c.rows &&
+                        (uint32_t)(c.at[r][1] / c.side) < c.cols);
+        dx_cloud_fini(&c);
+    }
+}
+
 static bool is_same_cloud(const struct dx_cloud *a, const struct dx_cloud *b)
 {
     return a->n == b->n && !memcmp(a->at, b->at, a->n * sizeof(*a->at)) && a->rows == b->rows &&
@@ -272,6 +293,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_point_is_there_once),
         cmocka_unit_test(dexels_are_sorted_by_depth),
+        cmocka_unit_test(the_farthest_point_has_a_dexel),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(order_of_input_does_not_matter),
         cmocka_unit_test(neighbours_are_those_of_brute_force),
