@@ -136,7 +136,7 @@ $(B)/lib/libdexel.so: $(call obj,$(CLIENT_SRC) $(CORE_SRC))
 # Made anew each time: prefix may be another one at `make install`.
 $(B)/libdexel.pc: client/libdexel.pc.in Makefile FORCE
 	@mkdir -p $(@D)
-	$(Q)sed -e 's|@prefix@|$(prefix)|;s|@libdir@|$(libdir)|;s|@includedir@|$(includedir)|;s|@version@|$(VERSION)|' $< > $@
+	$(Q)sed -e 's|@prefix@|$(prefix)|;s|@libdir@|$(libdir)|;s|@includedir@|$(includedir)|;s|@version@|$(VERSION)|' $< >$@.$$$$ && mv $@.$$$$ $@
 
 $(B)/bin/dexeld: $(call obj,daemon/main.c) $(LIBS)
 	@mkdir -p $(@D)
