@@ -63,6 +63,41 @@ static int on_out(void *ctx, uint8_t endpoint, const uint8_t *bytes, int len)
     return len;
 }
 
+/* The scanner is asked in the testbed's thread, under the mock's lock. */
+static enum scip_sim_state state_of_sim(void)
+{
+    enum scip_sim_state state;
+
+    mock_usb_lock(mock);
+    state = sim.state;
+    mock_usb_unlock(mock);
+    return state;
+}
+
+static void set_faults(struct scip_faults faults)
+{
+    mock_usb_lock(mock);
+    sim.faults = faults;
+    mock_usb_unlock(mock);
+}
+
+static void set_refuses(bool on)
+{
+    mock_usb_lock(mock);
+    refuses = on;
+    mock_usb_unlock(mock);
+}
+
+static int count_requests(void)
+{
+    int n;
+
+    mock_usb_lock(mock);
+    n = n_requests;
+    mock_usb_unlock(mock);
+    return n;
+}
+
 static int setup(void **state)
 {
     (void)state;
@@ -118,21 +153,21 @@ static void streams(void **state)
         struct dx_block block;
         struct dx_err err = {""};
 
-        refuses = round == 1; /* a scanner needs none of it */
+        set_refuses(round == 1); /* a scanner needs none of it */
         dev = start("1-1", "H0614967");
         for (uint64_t k = 0; k < 5; k++) {
             assert_int_equal(next(dev, &block, &err), 0);
             assert_int_equal(block.number, k);
             assert_int_equal(block.first, k == 0);
         }
-        assert_int_equal(n_requests, 2 * (round + 1));
+        assert_int_equal(count_requests(), 2 * (round + 1));
         dx_hokuyo_driver.health(dev, &health);
         assert_string_equal(health.serial, "H0614967");
         assert_string_equal(health.place, "usb 1-1");
         assert_int_equal(health.n_damaged + health.n_lost, 0);
         dx_hokuyo_driver.stop(dev);
         dx_hokuyo_driver.close(dev);
-        assert_int_equal(sim.state, SIM_IDLE);
+        assert_int_equal(state_of_sim(), SIM_IDLE);
         assert_int_equal(mock_usb_n_claimed(mock), 0);
         assert_int_equal(mock_usb_n_queued(mock), 0);
     }
@@ -178,19 +213,19 @@ static void obeys_the_interlock(void **state)
     (void)state;
     contact_is_open = false;
     dx_hokuyo_driver.guard(dev, &interlock);
-    sim.faults.bad_sum_every = 2;
+    set_faults((struct scip_faults){.bad_sum_every = 2});
     assert_int_equal(next(dev, &block, &err), 0);
     assert_int_equal(next(dev, &block, &err), 0);
-    sim.faults.bad_sum_every = 0;
+    set_faults((struct scip_faults){.bad_sum_every = 0});
     dx_hokuyo_driver.health(dev, &before);
     assert_true(before.n_damaged > 0);
     for (int round = 0; round < 2; round++) {
-        assert_int_equal(sim.state, SIM_MULTI);
+        assert_int_equal(state_of_sim(), SIM_MULTI);
         contact_is_open = true;
         assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
-        assert_int_equal(sim.state, SIM_IDLE);
+        assert_int_equal(state_of_sim(), SIM_IDLE);
         assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
-        assert_int_equal(sim.state, SIM_IDLE);
+        assert_int_equal(state_of_sim(), SIM_IDLE);
         contact_is_open = false;
         assert_int_equal(next(dev, &block, &err), 0);
     }
@@ -215,7 +250,7 @@ static void refuses_another_serial(void **state)
     assert_string_equal(err.text, "usb 1-1: serial number is 'H0614967', expected 'H0000001'");
     dx_hokuyo_driver.stop(dev);
     dx_hokuyo_driver.close(dev);
-    sim.faults.no_serial = true;
+    set_faults((struct scip_faults){.no_serial = true});
     dev = start("", "H0614967");
     assert_int_equal(next(dev, &block, &err), -ENXIO);
     assert_string_equal(err.text,
