@@ -122,6 +122,7 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
 {
     struct dx_out_options write = {.ascii = a->ascii};
     const uint64_t start = dx_now_ns();
+    struct dx_mesh_repair counts;
     struct dx_mesh mesh;
     int rc = dx_cloud_mesh_make(&mesh, job->mesh, job->xyz, job->n_input, &write);
 
@@ -131,7 +132,11 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
                           strerror(-rc));
     if (mesh.n_vertices == 0)
         fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->source.path);
-    rc = a->out ? dx_out_mesh(a->out, &mesh, &write, err) : 0;
+    rc = dx_mesh_repair_run(&mesh, &counts, &a->repair, a->source.path, err);
+    if (rc == 0 && a->repair.asked)
+        json_object_set_new(job->stats, "repair", dx_mesh_repair_json(&counts));
+    if (rc == 0 && a->out)
+        rc = dx_out_mesh(a->out, &mesh, &write, err);
     if (rc == 0 && a->stats && print_stats(&mesh, job, t) < 0)
         rc = dx_err_set(err, -EIO, "no statistics");
     dx_mesh_fini(&mesh);
