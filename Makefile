@@ -91,6 +91,7 @@ help:
 	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
 	@echo 'make bench-peers-clouds  unorganized points through CGAL and, where it is, PCL (installs libcgal-dev)'
 	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
+	@echo 'make gallery     pictures of reconstructed clouds, into docs/gallery.md'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
@@ -252,6 +253,9 @@ bench-peers: all
 bench-peers-clouds: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
+.PHONY: gallery
+gallery: all
+	@B=$(B) sh tests/gallery.sh
 compare-scans: all $(PEERS)
 	@B=$(B) sh tests/peers/compare_scans.sh
 peers-mcap: all $(B)/peers/mcap_peer
@@ -273,6 +277,7 @@ install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
+	  $(DESTDIR)$(docdir)/gallery \
 	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
 	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir) \
 	  $(DESTDIR)$(pythondir)
@@ -290,6 +295,7 @@ install: all
 	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
 	  $(DESTDIR)$(docdir)
+	$(INSTALL) -m 644 docs/gallery/*.png $(DESTDIR)$(docdir)/gallery
 	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
 	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
 	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)

@@ -19,6 +19,7 @@
 #define GROW_LEN   36 /* two triangles, while their number grows */
 #define FINISH_LEN 40 /* and then, with the vertices and where they came from */
 #define COUNT_LEN  28 /* edges and components, for the statistics */
+#define REPAIR_LEN 94 /* edges, mates and fans, for the repair */
 
 #define MANY       1000000 /* points from which on the memory is told without being asked */
 
@@ -53,7 +54,8 @@ static uint64_t max_of(uint64_t a, uint64_t b)
 /* Bytes that n points will take. */
 static uint64_t need(const struct dx_mesh_cloud_args *a, size_t n)
 {
-    const uint64_t finish_len = FINISH_LEN + (a->stats ? COUNT_LEN : 0);
+    const uint64_t after_len = a->repair.asked ? REPAIR_LEN : a->stats ? COUNT_LEN : 0;
+    const uint64_t finish_len = FINISH_LEN + after_len;
 
     return n * (READ_LEN +
                 max_of(SORT_LEN, CLOUD_LEN + max_of(finish_len, GROW_LEN + a->mode->point_len)));

@@ -62,21 +62,32 @@ static void mark_run(uint8_t *drop, struct third *third, const struct dx_mesh *m
             drop[third[k].triangle] = 1;
 }
 
+static uint32_t longest_run(const struct dx_mesh_edges *edges)
+{
+    struct dx_edge_run run = {0};
+    uint32_t n = 0;
+
+    while (dx_mesh_edges_next(edges, &run))
+        n = run.n > n ? run.n : n;
+    return n;
+}
+
 static int mark_duplicates(uint8_t *drop, const struct dx_mesh *mesh)
 {
     struct dx_edge_run run = {0};
     struct dx_mesh_edges edges;
-    struct third *third = malloc(3 * (size_t)mesh->n_triangles * sizeof(*third) + 1);
-    int rc = third ? dx_mesh_edges_init(&edges, mesh->index, mesh->n_triangles, mesh->n_vertices)
-                   : -ENOMEM;
+    struct third *third;
+    int rc = dx_mesh_edges_init(&edges, mesh->index, mesh->n_triangles, mesh->n_vertices);
 
-    if (rc == 0) {
-        memset(drop, 0, mesh->n_triangles);
-        while (dx_mesh_edges_next(&edges, &run))
-            if (run.n > 1)
-                mark_run(drop, third, mesh, &run);
-        dx_mesh_edges_fini(&edges);
-    }
+    if (rc < 0)
+        return rc;
+    third = malloc(longest_run(&edges) * sizeof(*third) + 1);
+    memset(drop, 0, mesh->n_triangles);
+    while (third && dx_mesh_edges_next(&edges, &run))
+        if (run.n > 1)
+            mark_run(drop, third, mesh, &run);
+    dx_mesh_edges_fini(&edges);
+    rc = third ? 0 : -ENOMEM;
     free(third);
     return rc;
 }
