@@ -88,9 +88,10 @@ help:
 	@echo 'make bench       benchmarks (ratios within one run)'
 	@echo 'make bench-live  a service of its own at 1 to 200 subscribers'
 	@echo 'make bench-drivers  each driver of a device at its full rate, with a simulated one'
-	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
-	@echo 'make bench-peers-clouds  unorganized points through CGAL and, where it is, PCL (installs libcgal-dev)'
-	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
+	@echo 'make bench-clouds  unorganized points: a table of the paper, and growth (LARGE=1: to ten million)'
+	@echo 'make bench-peers  frames through PCL and VTK as well, clouds as below (installs libpcl-dev, libvtk9-dev)'
+	@echo 'make bench-peers-clouds  unorganized points through CGAL, PCL and Open3D as well, in turn (installs them)'
+	@echo 'make performance  all of it, into docs/performance.md (ten minutes, on an idle machine; LARGE=1: half an hour)'
 	@echo 'make gallery     pictures of reconstructed clouds, into docs/gallery.md'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
@@ -250,10 +251,13 @@ performance: all $(BENCH_DRIVERS)
 	@cp $(B)/performance.md docs/performance.md
 bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers.sh
+	@B=$(B) sh tests/peers/bench_peers_clouds.sh
+bench-clouds: all
+	@B=$(B) sh tests/bench/clouds.sh
 bench-peers-clouds: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
-.PHONY: gallery
+.PHONY: gallery bench-clouds
 gallery: all
 	@B=$(B) sh tests/gallery.sh
 compare-scans: all $(PEERS)
