@@ -102,7 +102,7 @@ table() { # LABEL ROUNDS; the points are in $run/points.xyz
   rm -f "$run"/*.s
   k=0
   while [ $k -lt "$2" ]; do
-    for mode in $modes; do ours $mode; done
+    for mode in $modes; do ours "$mode"; done
     for peer in $peers; do peer "$peer"; done
     k=$((k + 1))
   done
@@ -114,7 +114,7 @@ table() { # LABEL ROUNDS; the points are in $run/points.xyz
   printf "${markdown:+\n}$head\n" '' 'least s' median ratio normals MB triangles boundary loops edges+ bow-tie unlike '% <10' \
     truth
   [ -z "$markdown" ] || echo '|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|'
-  for mode in $modes; do row "dexel $mode" $mode; done
+  for mode in $modes; do row "dexel $mode" "$mode"; done
   row "CGAL advancing front" cgal_front
   row "PCL gp3" pcl_greedy
   row "Open3D ball pivoting" o3d_pivot
