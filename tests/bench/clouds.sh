@@ -1,6 +1,7 @@
 #!/bin/sh
 # Unorganized points by projection, in numbers: table 1 of Gopi and Krishnan (2002) on stand-ins of as many points, and
-# how time and memory grow with the points. Seconds are the least of ROUNDS processes on one processor. Real clouds come
+# how time and memory grow with the points. Seconds are what the processor worked, so that others on the machine disturb
+# them less; the least of ROUNDS processes on one processor. Real clouds come
 # after the stand-ins when $DEXEL_DATA has them.
 #   clouds.sh [--markdown]    ROUNDS=N  LARGE=1: to ten million points, which takes minutes
 set -eu
@@ -45,7 +46,7 @@ measure() {
   k=0
   while [ $k -lt "$ROUNDS" ]; do
     $one "$dexel" mesh --mode project "$@" --threads 1 --stats >"$run/stats" 2>"$run/log"
-    echo "$(value read_seconds) $(value load_seconds) $(value mesh_seconds)" >>"$run/times"
+    echo "$(value read_cpu_seconds) $(value load_cpu_seconds) $(value mesh_cpu_seconds)" >>"$run/times"
     k=$((k + 1))
   done
   init=$(awk '{print $1 + $2}' "$run/times" | sort -n | head -n 1)
@@ -106,7 +107,7 @@ growth() {
       (n * sxy - sx * sy) / (n * sxx - sx * sx)}' "$run/growth"
 }
 
-echo "Load average $(load); the least of $ROUNDS processes${one:+ on one processor}."
+echo "Load average $(load); seconds of work, the least of $ROUNDS processes${one:+ on one processor}."
 echo
 table_of_the_paper
 cat <<'TEXT'

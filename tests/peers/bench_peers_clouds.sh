@@ -1,8 +1,8 @@
 #!/bin/sh
 # Unorganized points: ours, by each mode that this build has, beside CGAL's advancing front, PCL's greedy projection and
 # Open3D's ball pivoting on the same points, in turn within this run, because machines are shared. Each figure is the
-# least, with the median, of ROUNDS processes, each on one processor; reading and writing files are left out, the peers'
-# normals are told apart. What the meshes are is counted by dexel mesh --report for all. The bunny is meshed when
+# least, with the median, of ROUNDS processes, each on one processor, of the seconds that it worked: others on the machine
+# disturb those less than the time of day. Reading and writing files are left out, the peers' normals are told apart. What the meshes are is counted by dexel mesh --report for all. The bunny is meshed when
 # $DEXEL_DATA has it.
 #   bench_peers_clouds.sh [--markdown]    CLOUDS="surface:points:noise[:rounds] ..." (noise in spacings)  ROUNDS=N
 #   LARGE=1: half a million points as well; with noise CGAL takes minutes, so that this one is measured once
@@ -65,7 +65,7 @@ value() { sed -n 's/.*"'"$1"'": \([-+.0-9a-z]*\).*/\1/p' "$2"; }
 ours() { # MODE
   $one "$dexel" mesh --mode "$1" "$run/points.xyz" --threads 1 -o "$run/$1.ply" --stats >"$run/stats" 2>"$run/$1.log" ||
     { say "$1 failed: $(tail -n 1 "$run/$1.log")"; return 0; }
-  awk -v a="$(value load_seconds "$run/stats")" -v b="$(value mesh_seconds "$run/stats")" 'BEGIN {print a + b}' \
+  awk -v a="$(value load_cpu_seconds "$run/stats")" -v b="$(value mesh_cpu_seconds "$run/stats")" 'BEGIN {print a + b}' \
     >>"$run/$1.s"
   awk -v n="$(value peak_rss_bytes "$run/stats")" 'BEGIN {printf "- %.0f\n", n / 1048576}' >"$run/$1.of"
 }
@@ -122,7 +122,7 @@ table() { # LABEL ROUNDS; the points are in $run/points.xyz
 
 load() { cut -d' ' -f1-3 /proc/loadavg; }
 
-echo "Load average $(load); least and median of $ROUNDS processes${one:+, each on one processor}."
+echo "Load average $(load); seconds of work, least and median of $ROUNDS processes${one:+, each on one processor}."
 for cloud in $CLOUDS; do
   # shellcheck disable=SC2046 # words
   set -- $(echo "$cloud" | tr : ' ')

@@ -32,13 +32,13 @@ int main(int argc, char **argv)
 
     for (const Position &p : from)
         cloud.points_.emplace_back(p[0], p[1], p[2]);
-    const double nearest = mean_nearest(cloud), start = now_ms();
+    const double nearest = mean_nearest(cloud), start = work_ms();
     cloud.EstimateNormals(KDTreeSearchParamKNN(20));
     cloud.OrientNormalsConsistentTangentPlane(12);
-    const double middle = now_ms();
+    const double middle = work_ms();
     const auto mesh = TriangleMesh::CreateFromPointCloudBallPivoting(
         cloud, {1.5 * nearest, 3 * nearest, 6 * nearest});
-    const double end = now_ms();
+    const double end = work_ms();
 
     for (const Eigen::Vector3i &t : mesh->triangles_)
         triangles.push_back({static_cast<uint32_t>(t[0]), static_cast<uint32_t>(t[1]),
