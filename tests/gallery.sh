@@ -64,10 +64,12 @@ TEXT
     "random-bumpy --points 3000 --noise 0.5" "project" iso
   picture project-repair "The same, mended" "\`--repair\` closes what is small." \
     "random-bumpy --points 3000 --noise 0.5" "project --repair" iso
-  picture delaunay-double-torus "Two handles, by localized Delaunay" "" "double-torus --points 2400" "delaunay" 20,50
-  picture delaunay-bumpy "Bumps, by localized Delaunay" "" "bumpy --points 1500" "delaunay" iso
-  picture smooth-noise "Noise of half the spacing, smoothed" "The surface under the points." \
+  picture delaunay-double-torus "Two handles, by localized Delaunay" "Every triangle has an empty circle." "double-torus --points 2400" "delaunay" 20,50
+  picture delaunay-bumpy "Bumps, by localized Delaunay" "Points of even density." "bumpy --points 1500" "delaunay" iso
+  picture smooth-noise "Noise of half the spacing, smoothed" "The surface under the points, with fewer triangles where it is flat." \
     "random-bumpy --points 6000 --noise 0.5" "smooth" iso
-  picture smooth-plate "A plate with holes, noise, smoothed" "" "plate --points 8000 --noise 0.5" "smooth" iso
+  picture smooth-double-torus "Two handles, noise, smoothed" \
+    "Where the surface is curved there are more and smaller triangles." \
+    "double-torus --points 8000 --noise 0.5" "smooth --repair" 20,50
 } >"$run/page"
 sed -e :a -e '/^\n*$/{$d;N;ba' -e '}' "$run/page" >"$page"
