@@ -88,9 +88,11 @@ help:
 	@echo 'make bench       benchmarks (ratios within one run)'
 	@echo 'make bench-live  a service of its own at 1 to 200 subscribers'
 	@echo 'make bench-drivers  each driver of a device at its full rate, with a simulated one'
-	@echo 'make bench-peers  the same frames through PCL and VTK as well, in turn (installs libpcl-dev)'
-	@echo 'make bench-peers-clouds  unorganized points through CGAL and, where it is, PCL (installs libcgal-dev)'
-	@echo 'make performance  all of it, into docs/performance.md (four minutes, on an idle machine)'
+	@echo 'make bench-clouds  unorganized points: a table of the paper, and growth (LARGE=1: to ten million)'
+	@echo 'make bench-peers  frames through PCL and VTK as well, clouds as below (installs libpcl-dev, libvtk9-dev)'
+	@echo 'make bench-peers-clouds  unorganized points through CGAL, PCL and Open3D as well, in turn (installs them)'
+	@echo 'make performance  all of it, into docs/performance.md (ten minutes, on an idle machine; LARGE=1: half an hour)'
+	@echo 'make gallery     pictures of reconstructed clouds, into docs/gallery.md'
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
@@ -249,9 +251,15 @@ performance: all $(BENCH_DRIVERS)
 	@cp $(B)/performance.md docs/performance.md
 bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers.sh
+	@B=$(B) sh tests/peers/bench_peers_clouds.sh
+bench-clouds: all
+	@B=$(B) sh tests/bench/clouds.sh
 bench-peers-clouds: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
+.PHONY: gallery bench-clouds
+gallery: all
+	@B=$(B) sh tests/gallery.sh
 compare-scans: all $(PEERS)
 	@B=$(B) sh tests/peers/compare_scans.sh
 peers-mcap: all $(B)/peers/mcap_peer
@@ -273,6 +281,7 @@ install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
+	  $(DESTDIR)$(docdir)/gallery \
 	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
 	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir) \
 	  $(DESTDIR)$(pythondir)
@@ -290,6 +299,7 @@ install: all
 	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
 	  $(DESTDIR)$(docdir)
+	$(INSTALL) -m 644 docs/gallery/*.png $(DESTDIR)$(docdir)/gallery
 	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
 	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
 	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)

@@ -3,6 +3,7 @@
 #include "tools/now.h"
 #include "tools/cmd.h"
 #include "tools/mesh_cloud.h"
+#include "tools/mesh_repair_run.h"
 #include "tools/mesh_report.h"
 #include "tools/mesh_split.h"
 #include "tools/offline.h"
@@ -19,6 +20,7 @@ static const char help[] =
     "  -o OUT              the mesh; may be left out with --stats\n"
     "  --mode terrain      how (terrain); of unorganized points: --mode project --help\n"
     "  --report            what a mesh file is, in numbers: --report --help\n"
+    "  --repair            mend a mesh file: --repair --help; with --mode, the mesh that is made\n"
     "  --frame N           which frame of a sequence, from 0 (the last)\n"
     "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
     "  --threads N         for the tiles (one a processor)\n"
@@ -67,6 +69,7 @@ static const struct option options[] = {
     {"size", required_argument, NULL, OPT_SIZE},
     {"keep", required_argument, NULL, OPT_KEEP},
     {"help", no_argument, NULL, OPT_HELP},
+    DX_REPAIR_OPTIONS,
     DX_TERRAIN_OPTIONS,
     {0},
 };
@@ -77,6 +80,7 @@ struct args {
     const char *out;
     double lod_sigmas;
     unsigned stride;
+    struct dx_mesh_repair_args repair;
     bool split, stats;
 };
 
@@ -135,6 +139,9 @@ static int set_option(struct args *a, int opt, const char *text)
     case OPT_EXACT:
         a->config.exact = true;
         return 0;
+    case DX_OPTION_REPAIR:
+    case DX_OPTION_REPAIR_HOLES:
+        return dx_mesh_repair_args_set(&a->repair, opt, text);
     case OPT_STATS:
         a->stats = true;
         return 0;
@@ -168,6 +175,7 @@ static int parse(struct args *a, int argc, char **argv)
 
     *a = (struct args){.config = {.frame = DX_OFFLINE_LAST, .encoding = DX_OFFLINE_PLAIN}};
     dx_terrain_args_default(&a->config.terrain);
+    dx_mesh_repair_args_default(&a->repair);
     while ((opt = getopt_long(argc, argv, "o:", options, NULL)) != -1) {
         if (opt == OPT_HELP)
             return dx_arg_help(help);
@@ -187,7 +195,9 @@ static json_t *lod_json(const struct dx_lod_stats *s)
                      s->rms_sigma, "cracks", (json_int_t)s->cracks);
 }
 
-static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, double seconds)
+/* `repair` is NULL where none was made. */
+static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh,
+                       const struct dx_mesh_repair *repair, double seconds)
 {
     double n_dexels = (double)o->geometry->height * o->geometry->width;
     struct dx_mesh_stats stats;
@@ -214,6 +224,8 @@ static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, d
     json_object_set_new(j, "valid", json_real(o->fit.valid));
     json_object_set_new(j, "frame", json_integer((json_int_t)o->frame));
     json_object_set_new(j, "ns_per_dexel", json_real(o->mesh_s * 1e9 / n_dexels));
+    if (repair)
+        json_object_set_new(j, "repair", dx_mesh_repair_json(repair));
     if (o->lod.triangles)
         json_object_set_new(j, "lod", lod_json(&o->lod));
     return dx_json_print(j, "dexel mesh");
@@ -223,6 +235,7 @@ static int print_stats(const struct dx_offline *o, const struct dx_mesh *mesh, d
 static int run(const struct args *a)
 {
     struct dx_out_options write = a->write;
+    struct dx_mesh_repair counts;
     struct dx_offline o;
     struct dx_mesh mesh;
     struct dx_err err;
@@ -244,12 +257,14 @@ static int run(const struct args *a)
                 a->config.path);
     if (rc < 0)
         dx_err_set(&err, rc, "%s: the mesh: %s", a->config.path, strerror(-rc));
-    else if (a->out)
+    else
+        rc = dx_mesh_repair_run(&mesh, &counts, &a->repair, a->config.path, &err);
+    if (rc == 0 && a->out)
         rc = dx_out_mesh(a->out, &mesh, &write, &err);
     if (rc < 0)
         fprintf(stderr, "dexel mesh: %s\n", err.text);
     else if (a->stats)
-        rc = print_stats(&o, &mesh, seconds);
+        rc = print_stats(&o, &mesh, a->repair.asked ? &counts : NULL, seconds);
     dx_mesh_fini(&mesh);
     dx_offline_fini(&o);
     return rc;
@@ -265,6 +280,8 @@ int cmd_mesh(int argc, char **argv)
         return dx_mesh_cloud(of_points, argc, argv);
     if (dx_mesh_report_asked(argc, argv))
         return dx_mesh_report(argc, argv);
+    if (dx_mesh_repair_asked(argc, argv))
+        return dx_mesh_repair_command(argc, argv);
     rc = parse(&a, argc, argv);
     if (rc != 0)
         return rc == DX_ARG_E_HELP ? 0 : 2;

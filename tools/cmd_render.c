@@ -22,6 +22,7 @@ static const char help[] =
     "  --size WxH               pixels (1600 wide)\n"
     "  --shade normal|attr|range\n"
     "  --edges                  with the triangles' edges\n"
+    "  --few-colours            32 steps a channel, a much smaller file\n"
     "  --frame N                which frame of a sequence, from 0 (the last)\n"
     "  --topic TOPIC            of the clouds in an MCAP file (the only one)\n\n" DX_THIN_HELP(
         "--array WxH          ") "\n" DX_TERRAIN_HELP;
@@ -37,7 +38,7 @@ struct args {
     double yaw_deg, pitch_deg, dist_m;
     uint32_t width, height; /* height 0: by the view */
     enum dx_shade shade;
-    bool edges;
+    bool edges, few_colours;
 };
 
 /* ---- arguments
@@ -98,6 +99,7 @@ enum {
     OPT_SIZE,
     OPT_SHADE,
     OPT_EDGES,
+    OPT_FEW_COLOURS,
     OPT_FRAME,
     OPT_TOPIC,
     OPT_ARRAY,
@@ -110,6 +112,7 @@ static const struct option options[] = {
     {"size", required_argument, NULL, OPT_SIZE},
     {"shade", required_argument, NULL, OPT_SHADE},
     {"edges", no_argument, NULL, OPT_EDGES},
+    {"few-colours", no_argument, NULL, OPT_FEW_COLOURS},
     {"frame", required_argument, NULL, OPT_FRAME},
     {"topic", required_argument, NULL, OPT_TOPIC},
     {"array", required_argument, NULL, OPT_ARRAY},
@@ -133,6 +136,9 @@ static int set_option(struct args *a, int opt, const char *text)
         return set_shade(a, text);
     case OPT_EDGES:
         a->edges = true;
+        return 0;
+    case OPT_FEW_COLOURS:
+        a->few_colours = true;
         return 0;
     case OPT_FRAME:
         return dx_arg_u64(&a->config.frame, &(struct dx_arg){"dexel render", "--frame", text}, 0,
@@ -259,7 +265,7 @@ static int render(struct args *a, const struct dx_mesh *mesh, struct dx_err *err
     if (rc < 0)
         dx_err_set(err, rc, "%s: %s", a->config.path, strerror(-rc));
     else
-        rc = dx_out_png(a->out, rgb, a->width, a->height, err);
+        rc = (a->few_colours ? dx_out_png_few : dx_out_png)(a->out, rgb, a->width, a->height, err);
     free(rgb);
     return rc;
 }

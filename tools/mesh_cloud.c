@@ -19,12 +19,29 @@
 #define GROW_LEN   36 /* two triangles, while their number grows */
 #define FINISH_LEN 40 /* and then, with the vertices and where they came from */
 #define COUNT_LEN  28 /* edges and components, for the statistics */
+#define REPAIR_LEN 94 /* edges, mates and fans, for the repair */
 
 #define MANY       1000000 /* points from which on the memory is told without being asked */
 
 struct times {
     double read_s, load_s, mesh_s;
+    double read_cpu_s, load_cpu_s, mesh_cpu_s;
 };
+
+struct clocks {
+    uint64_t wall_ns, cpu_ns;
+};
+
+static struct clocks clocks_now(void)
+{
+    return (struct clocks){dx_now_ns(), dx_cpu_ns()};
+}
+
+static void add_since(double *wall_s, double *cpu_s, const struct clocks *start)
+{
+    *wall_s += dx_seconds_since(start->wall_ns);
+    *cpu_s += (double)(dx_cpu_ns() - start->cpu_ns) * 1e-9;
+}
 
 void dx_mesh_job_tell(const struct dx_mesh_job *job, const char *fmt, ...)
 {
@@ -53,7 +70,8 @@ static uint64_t max_of(uint64_t a, uint64_t b)
 /* Bytes that n points will take. */
 static uint64_t need(const struct dx_mesh_cloud_args *a, size_t n)
 {
-    const uint64_t finish_len = FINISH_LEN + (a->stats ? COUNT_LEN : 0);
+    const uint64_t after_len = a->repair.asked ? REPAIR_LEN : a->stats ? COUNT_LEN : 0;
+    const uint64_t finish_len = FINISH_LEN + after_len;
 
     return n * (READ_LEN +
                 max_of(SORT_LEN, CLOUD_LEN + max_of(finish_len, GROW_LEN + a->mode->point_len)));
@@ -110,6 +128,9 @@ static int print_stats(const struct dx_mesh *mesh, const struct dx_mesh_job *job
     }
     j = dx_stats_json(&stats);
     json_object_update(j, about);
+    json_object_set_new(j, "read_cpu_seconds", json_real(t->read_cpu_s));
+    json_object_set_new(j, "load_cpu_seconds", json_real(t->load_cpu_s));
+    json_object_set_new(j, "mesh_cpu_seconds", json_real(t->mesh_cpu_s));
     json_object_set_new(j, "peak_rss_bytes", json_integer((json_int_t)dx_memory_peak()));
     json_object_update(j, job->stats);
     json_decref(about);
@@ -121,17 +142,22 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
                   struct times *t, struct dx_err *err)
 {
     struct dx_out_options write = {.ascii = a->ascii};
-    const uint64_t start = dx_now_ns();
+    const struct clocks start = clocks_now();
+    struct dx_mesh_repair counts;
     struct dx_mesh mesh;
     int rc = dx_cloud_mesh_make(&mesh, job->mesh, job->xyz, job->n_input, &write);
 
-    t->mesh_s += dx_seconds_since(start);
+    add_since(&t->mesh_s, &t->mesh_cpu_s, &start);
     if (rc < 0)
         return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->source.path, job->cloud->n,
                           strerror(-rc));
     if (mesh.n_vertices == 0)
         fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->source.path);
-    rc = a->out ? dx_out_mesh(a->out, &mesh, &write, err) : 0;
+    rc = dx_mesh_repair_run(&mesh, &counts, &a->repair, a->source.path, err);
+    if (rc == 0 && a->repair.asked)
+        json_object_set_new(job->stats, "repair", dx_mesh_repair_json(&counts));
+    if (rc == 0 && a->out)
+        rc = dx_out_mesh(a->out, &mesh, &write, err);
     if (rc == 0 && a->stats && print_stats(&mesh, job, t) < 0)
         rc = dx_err_set(err, -EIO, "no statistics");
     dx_mesh_fini(&mesh);
@@ -142,7 +168,7 @@ static int run_mode(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job,
                     struct dx_err *err)
 {
     struct dx_cloud_mesh mesh = {.progress = job->progress};
-    uint64_t start;
+    struct clocks start;
     int rc;
 
     job->spacing = dx_cloud_spacing(job->cloud) * job->cloud->step;
@@ -151,9 +177,9 @@ static int run_mode(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job,
     job->mesh = &mesh;
     job->stats = json_object();
     tell_cloud(job);
-    start = dx_now_ns();
+    start = clocks_now();
     rc = job->stats ? a->mode->run(job, a->config, err) : dx_err_set(err, -ENOMEM, "no memory");
-    t->mesh_s = dx_seconds_since(start);
+    add_since(&t->mesh_s, &t->mesh_cpu_s, &start);
     dx_progress_clear(job->progress);
     if (rc < 0)
         dx_err_prefix(err, a->source.path);
@@ -166,12 +192,12 @@ static int run_mode(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job,
 
 static int load(struct dx_cloud *c, struct dx_mesh_job *job, struct times *t, struct dx_err *err)
 {
-    const uint64_t start = dx_now_ns();
+    const struct clocks start = clocks_now();
     int rc;
 
     dx_progress_stage(job->progress, "sorting");
     rc = dx_cloud_init(c, job->xyz, job->n_input, job->pool, err);
-    t->load_s = dx_seconds_since(start);
+    add_since(&t->load_s, &t->load_cpu_s, &start);
     if (rc < 0)
         dx_err_prefix(err, job->path);
     job->cloud = c;
@@ -184,12 +210,12 @@ static int run(const struct dx_mesh_cloud_args *a, struct dx_progress *progress,
     struct dx_point_list list = {0};
     struct times t = {0};
     struct dx_cloud c;
-    const uint64_t start = dx_now_ns();
+    const struct clocks start = clocks_now();
     int rc;
 
     dx_progress_stage(progress, "reading");
     rc = dx_cloud_read(&list, &a->source, err);
-    t.read_s = dx_seconds_since(start);
+    add_since(&t.read_s, &t.read_cpu_s, &start);
     if (rc == 0 && dx_pool_new(&job.pool, a->n_threads) < 0)
         rc = dx_err_set(err, -ENOMEM, "no threads");
     job.xyz = list.xyz;

@@ -7,6 +7,7 @@
 
 #include "tools/cloud_read.h"
 #include "tools/mesh_mode.h"
+#include "tools/mesh_repair_run.h"
 
 struct dx_mesh_cloud_args {
     const struct dx_mesh_mode *mode;
@@ -16,6 +17,7 @@ struct dx_mesh_cloud_args {
     double viewpoint[3];
     unsigned n_threads;
     uint64_t memory_mb; /* 0: what is free */
+    struct dx_mesh_repair_args repair;
     bool has_viewpoint, ascii, stats, progress;
 };
 

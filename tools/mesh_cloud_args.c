@@ -20,8 +20,8 @@ static const char formats[] =
     "  --threads N         what can be done in parallel is (one a processor)\n"
     "  --memory MB         refuse what needs more (what the machine has free)\n"
     "  --ascii             PLY as text\n"
-    "  --progress          tell how far it is, also where standard error is no terminal\n"
-    "  --stats             one JSON object on standard output\n\n";
+    "  --progress          tell how far it is, also where standard error is no "
+    "terminal\n" DX_REPAIR_HELP "  --stats             one JSON object on standard output\n\n";
 
 enum {
     OPT_MODE = 256,
@@ -47,6 +47,7 @@ static const struct option common[] = {
     {"progress", no_argument, NULL, OPT_PROGRESS},
     {"stats", no_argument, NULL, OPT_STATS},
     {"help", no_argument, NULL, OPT_HELP},
+    DX_REPAIR_OPTIONS,
 };
 
 #define N_COMMON    (sizeof(common) / sizeof(common[0]))
@@ -154,6 +155,10 @@ static int set_common(struct dx_mesh_cloud_args *a, int opt, const char *text)
     case OPT_PROGRESS:
         a->progress = true;
         break;
+    case DX_OPTION_REPAIR:
+    case DX_OPTION_REPAIR_HOLES:
+        rc = dx_mesh_repair_args_set(&a->repair, opt, text);
+        break;
     case OPT_STATS:
         a->stats = true;
         break;
@@ -215,6 +220,7 @@ int dx_mesh_cloud_args_parse(struct dx_mesh_cloud_args *a, const struct dx_mesh_
     if (!a->config)
         return -ENOMEM;
     mode->defaults(a->config);
+    dx_mesh_repair_args_default(&a->repair);
     make_table(table, mode->options);
     while ((opt = getopt_long(argc, argv, "o:", table, NULL)) != -1) {
         if (opt == OPT_HELP)

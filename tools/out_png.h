@@ -10,4 +10,8 @@
 int dx_out_png(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height,
                struct dx_err *err);
 
+/* The same in 32 steps a channel, by a map of colours where 256 are enough: a much smaller file. */
+int dx_out_png_few(const char *path, const uint8_t *rgb, uint32_t width, uint32_t height,
+                   struct dx_err *err);
+
 #endif

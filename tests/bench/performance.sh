@@ -1,6 +1,7 @@
 #!/bin/sh
-# Prints docs/performance.md, measured here and now: `make performance`. Takes some four minutes, and is worth most on
-# a machine that has nothing else to do: it tells the load before and after.
+# Prints docs/performance.md, measured here and now: `make performance`. Takes some ten minutes, and is worth most on
+# a machine that has nothing else to do: it tells the load before and after. LARGE=1: clouds of up to ten million points
+# and what CGAL does with half a million noisy ones, some twenty minutes more.
 set -eu
 B=${B:-build}
 dexel="$B/bin/dexel"
@@ -88,3 +89,23 @@ The hall with 1 cm of noise and 2 % drop-outs; the mesh step alone, from ranges 
 
 TEXT
 ROUNDS=${ROUNDS:-3} sh tests/peers/bench_peers.sh --markdown
+
+say "points without an order"
+cat <<'TEXT'
+
+## Points without an order
+
+[clouds.md](clouds.md) tells what is computed.
+
+    make bench-clouds LARGE=1
+
+TEXT
+LARGE=${LARGE:-} sh tests/bench/clouds.sh --markdown
+cat <<'TEXT'
+
+## Points without an order beside CGAL, PCL and Open3D
+
+    make bench-peers-clouds LARGE=1
+
+TEXT
+LARGE=${LARGE:-} ROUNDS=${ROUNDS:-3} sh tests/peers/bench_peers_clouds.sh --markdown

@@ -21,10 +21,10 @@ int main(int argc, char **argv)
 
     for (const Position &p : from)
         points.emplace_back(p[0], p[1], p[2]);
-    const double start = now_ms();
+    const double start = work_ms();
     CGAL::advancing_front_surface_reconstruction(points.begin(), points.end(),
                                                  std::back_inserter(facets));
-    const double ms = now_ms() - start;
+    const double ms = work_ms() - start;
 
     for (const auto &f : facets)
         triangles.push_back({static_cast<uint32_t>(f[0]), static_cast<uint32_t>(f[1]),

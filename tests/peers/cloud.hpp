@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <ctime>
 
 using Position = std::array<double, 3>;
 using Triangle = std::array<uint32_t, 3>;
@@ -54,6 +55,16 @@ static inline void write_ply(const char *path, const std::vector<Position> &poin
         std::perror(path);
         std::exit(1);
     }
+}
+
+/* What all threads of this process have worked: others on the machine disturb it less than the time
+ * of day, and on one processor it is no more than that. */
+static inline double work_ms()
+{
+    timespec t;
+
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 }
 
 static inline void print_run(double mesh_ms, double normals_ms)

@@ -80,11 +80,11 @@ int main(int argc, char **argv)
     for (const Position &p : from)
         cloud->push_back(pcl::PointXYZ(static_cast<float>(p[0]), static_cast<float>(p[1]),
                                        static_cast<float>(p[2])));
-    const double radius = 2.5 * mean_sixth(cloud), start = now_ms();
+    const double radius = 2.5 * mean_sixth(cloud), start = work_ms();
     find_normals(*points, cloud);
-    const double middle = now_ms();
+    const double middle = work_ms();
     mesh(out, points, radius);
-    const double end = now_ms();
+    const double end = work_ms();
 
     for (const pcl::Vertices &v : out.polygons)
         triangles.push_back({static_cast<uint32_t>(v.vertices[0]),

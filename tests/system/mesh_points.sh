@@ -79,6 +79,11 @@ project far.xyz -o far.ply
 project far.ply
 [ "$(number triangles) $(number duplicates)" = "3996 0" ] || fail "far away, read again: $(number triangles) triangles"
 
+# A picture of few colours is a smaller file.
+expect 0 "$dexel" render mesh.ply -o all.png --edges --size 300x200 --view iso
+expect 0 "$dexel" render mesh.ply -o few.png --edges --size 300x200 --view iso --few-colours
+[ $((2 * $(wc -c <few.png))) -lt "$(wc -c <all.png)" ] || fail "few colours take $(wc -c <few.png) bytes, all $(wc -c <all.png)"
+
 # Nothing to mesh is no error; what cannot be read is one.
 : >empty.xyz
 project empty.xyz
