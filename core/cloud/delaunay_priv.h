@@ -130,6 +130,10 @@ int dx_delaunay_add(struct dx_delaunay_run *run, uint32_t a, uint32_t b, uint32_
 int dx_delaunay_put(struct dx_delaunay_run *run, uint32_t v, uint32_t a, uint32_t b);
 int dx_delaunay_give(struct dx_delaunay_run *run, uint32_t a, uint32_t b, uint32_t c);
 
+/* delaunay_loops.c: the rim, of at most config->max_loop points, that begins with edge a-b and has
+ * its hole to the left; how many. 0: longer, or not of a as its lowest. */
+uint32_t dx_delaunay_trace(uint32_t *rim, const struct dx_delaunay_run *run, uint32_t a, uint32_t b);
+
 /* delaunay_holes.c */
 int dx_delaunay_fill(struct dx_delaunay_run *run);
 
