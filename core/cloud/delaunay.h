@@ -23,6 +23,9 @@ struct dx_delaunay_config {
      * m_p is twice the ratio of the principal curvatures, kept between these two (section 5.3). */
     bool paper_radius;
     double least_m, most_m;
+    /* Points are put into the tangent plane where they are over it, not turned into it at their
+     * distance (section 5.4): heights that are noise count less. */
+    bool shadow;
     double max_edge;   /* in the input's unit; 0: no bound */
     uint32_t max_loop; /* holes of at most so many edges are filled (section 6); 0: none */
 };

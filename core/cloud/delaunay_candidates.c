@@ -11,6 +11,7 @@
 #define MOST_DELTA     1.0
 #define LEAST_RATIO    1e-3 /* of curvatures: planes and saddles have none */
 #define STEEP          0.5  /* height over radius, at most */
+#define NOISE          4.0  /* heights of most, that are no reason to leave out a point */
 #define PAPER_AT_LEAST 8    /* candidates */
 
 static double dot(const double a[3], const double b[3])
@@ -86,9 +87,22 @@ static double height_of(double least, double most, double spacing)
     return least > 0 ? (sqrt(1 + 4 * delta * delta) - 1) / least : INFINITY;
 }
 
+/* Root mean square of the heights of candidates: what noise, and planes that are not tangent, make
+ * of them. */
+static double height_of_most(const struct dx_star_site *site)
+{
+    double sum = 0;
+
+    for (uint32_t k = 0; k < site->n; k++)
+        sum += site->candidate[k].height * site->candidate[k].height;
+    return sqrt(sum / site->n);
+}
+
 static double bound_height(const struct dx_star_site *site)
 {
-    return site->height < STEEP * site->reach ? site->height : STEEP * site->reach;
+    const double steep = STEEP * site->reach, height = site->height < steep ? site->height : steep;
+
+    return height > NOISE * site->height_of_most ? height : NOISE * site->height_of_most;
 }
 
 bool dx_star_gather(struct dx_star_site *site, const struct dx_delaunay_run *run, uint32_t rank)
@@ -108,6 +122,7 @@ bool dx_star_gather(struct dx_star_site *site, const struct dx_delaunay_run *run
     dx_angle_sort(site->order, site->n);
     dx_star_curvature(&least, &most, site, run->quarter_turns);
     site->height = height_of(least, most, site->nearest);
+    site->height_of_most = height_of_most(site);
     site->paper_radius = paper_radius(site, run, least, most);
     prune(site, bound_height(site), run->max_edge);
     return true;

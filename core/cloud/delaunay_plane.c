@@ -48,6 +48,7 @@ bool dx_tangent_of(struct dx_tangent *t, const struct dx_delaunay_run *run, uint
     set_basis(t);
     reach = distance(t->at, run->cloud->at[dx_neighbours_of(nb, rank)[nb->k - 1]]);
     t->scale = DX_STAR_FLAT / reach;
+    t->shadow = run->config->shadow;
     return true;
 }
 
@@ -68,7 +69,7 @@ bool dx_tangent_flat(struct dx_flat *out, const struct dx_tangent *t, const int3
 
     if (!(tt > 0))
         return false;
-    turn = t->scale * sqrt(dot(d, d) / tt);
+    turn = t->shadow ? t->scale : t->scale * sqrt(dot(d, d) / tt);
     *out = (struct dx_flat){round_flat(x * turn), round_flat(y * turn)};
     return out->x != 0 || out->y != 0;
 }

@@ -19,6 +19,7 @@ struct dx_tangent {
     const int32_t *at;
     double n[3], u[3], v[3];
     double scale; /* steps to units of the plane */
+    bool shadow;
 };
 
 /* A candidate in the plane of a reference point. */
@@ -34,7 +35,8 @@ struct dx_star_site {
     struct dx_tangent plane;
     double nearest;  /* distance */
     double reach;    /* within it all points are candidates */
-    double height;   /* over the plane, at most (section 5.3) */
+    double height;   /* over the plane, at most (section 5.3), but for noise */
+    double height_of_most;
     double paper_radius;
     uint32_t n;
     struct dx_candidate candidate[DX_STAR_MAX_NEAR];
