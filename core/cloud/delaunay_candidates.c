@@ -1,11 +1,12 @@
 /*
  * Candidates of a point (section 5.3): those near it whose normals look to its side and whose height
- * over its tangent plane is not beyond what its curvature explains, turned into the plane and
+ * over its tangent plane is not beyond what curvature and noise explain, turned into the plane and
  * ordered by angle. Curvature is that of the nearest neighbours, before any is left out.
  */
 #include "core/cloud/delaunay_priv.h"
 
 #include <math.h>
+#include <string.h>
 
 #define LEAST_DELTA    0.1 /* the paper's delta: curvature times spacing */
 #define MOST_DELTA     1.0
@@ -14,51 +15,60 @@
 #define NOISE          4.0  /* heights of most, that are no reason to leave out a point */
 #define PAPER_AT_LEAST 8    /* candidates */
 
-static double dot(const double a[3], const double b[3])
+static double distance(const int32_t a[3], const int32_t b[3])
 {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+
+    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
-/* Puts point q into the plane; false: it is no candidate of this one. */
-static bool put(struct dx_star_site *site, const struct dx_delaunay_run *run, uint32_t rank)
+/* A point that may be a candidate. */
+static void put(struct dx_star_site *site, const struct dx_delaunay_run *run, uint32_t rank)
 {
     const struct dx_tangent *t = &site->plane;
-    const int32_t *q = run->cloud->at[rank];
     const float *m = run->normals[rank];
-    const double d[3] = {q[0] - t->at[0], q[1] - t->at[1], q[2] - t->at[2]};
-    const double normal[3] = {(double)m[0], (double)m[1], (double)m[2]};
-    struct dx_candidate *c = &site->candidate[site->n];
+    const uint32_t n = site->n_found;
+    const double side = (double)m[0] * t->n[0] + (double)m[1] * t->n[1] + (double)m[2] * t->n[2];
 
-    if (!(dot(normal, t->n) > 0) || !dx_tangent_flat(&c->at, t, q))
-        return false;
-    c->rank = rank;
-    c->d2 = dot(d, d);
-    c->height = fabs(dot(d, t->n));
-    c->curvature = (dot(d, t->n) - dot(d, normal)) / c->d2;
-    site->order[site->n] = (struct dx_angle){dx_angle_key(c->at), c->at, site->n};
-    site->n++;
-    return true;
+    site->found[n] = rank;
+    site->n_found +=
+        dx_tangent_put(&site->found_at[n], &site->found_height[n], t, run->cloud->at[rank]) &&
+        side > 0;
 }
 
-/* Keeps the order of those that remain, which are known by rank from now on; of several in one place
- * the lowest. */
-static void prune(struct dx_star_site *site, double height, double radius)
+/* What is found, by angle. */
+static void order(struct dx_star_site *site)
+{
+    dx_angle_order(site->order, site->found_at, site->found, site->n_found);
+    site->n = site->n_found;
+    for (uint32_t k = 0; k < site->n; k++) {
+        site->rank[k] = site->found[site->order[k]];
+        site->at[k] = site->found_at[site->order[k]];
+    }
+}
+
+static void prune_heights(struct dx_star_site *site)
 {
     uint32_t n = 0;
 
-    for (uint32_t k = 0; k < site->n; k++) {
-        const struct dx_candidate *c = &site->candidate[site->order[k].number];
-        const struct dx_angle *last = &site->order[n - (n > 0)];
-
-        if (c->height > height || c->d2 > radius * radius)
-            continue;
-        if (n > 0 && last->at.x == c->at.x && last->at.y == c->at.y) {
-            site->order[n - 1].number = c->rank < last->number ? c->rank : last->number;
-            continue;
+    for (uint32_t k = 0; k < site->n; k++)
+        if (site->found_height[site->order[k]] <= site->height) {
+            site->order[n] = site->order[k];
+            site->rank[n] = site->rank[k];
+            site->at[n++] = site->at[k];
         }
-        site->order[n] = site->order[k];
-        site->order[n++].number = c->rank;
-    }
+    site->n = n;
+}
+
+static void prune_edges(struct dx_star_site *site, const struct dx_delaunay_run *run)
+{
+    uint32_t n = 0;
+
+    for (uint32_t k = 0; k < site->n; k++)
+        if (distance(run->cloud->at[site->rank[k]], site->plane.at) <= run->max_edge) {
+            site->rank[n] = site->rank[k];
+            site->at[n++] = site->at[k];
+        }
     site->n = n;
 }
 
@@ -68,18 +78,16 @@ static double paper_radius(const struct dx_star_site *site, const struct dx_dela
 {
     const uint32_t *near = dx_neighbours_of(run->nb, site->plane.rank);
     const uint32_t k = run->nb->k < PAPER_AT_LEAST ? run->nb->k : PAPER_AT_LEAST;
-    const int32_t *q = run->cloud->at[near[k - 1]], *p = site->plane.at;
-    const double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
-    double m = least > LEAST_RATIO * most ? 2 * most / least : 2 / LEAST_RATIO, radius;
+    const double enough = distance(run->cloud->at[near[k - 1]], site->plane.at);
+    double m = least > LEAST_RATIO * most ? 2 * most / least : 2 / LEAST_RATIO;
 
     m = m < run->config->least_m ? run->config->least_m : m;
     m = m > run->config->most_m ? run->config->most_m : m;
-    radius = m * site->nearest;
-    return radius * radius > dot(d, d) ? radius : sqrt(dot(d, d));
+    return m * site->nearest > enough ? m * site->nearest : enough;
 }
 
 /* How high the surface may be at twice the sampling distance (theorem 1b). */
-static double height_of(double least, double most, double spacing)
+static double surface_height(double least, double most, double spacing)
 {
     double delta = most * spacing;
 
@@ -87,49 +95,53 @@ static double height_of(double least, double most, double spacing)
     return least > 0 ? (sqrt(1 + 4 * delta * delta) - 1) / least : INFINITY;
 }
 
-/* Root mean square of the heights of candidates: what noise, and planes that are not tangent, make
- * of them. */
-static double height_of_most(const struct dx_star_site *site)
+/* What is a matter of curvature: only where a height is not that of most others. */
+static void prune(struct dx_star_site *site, const struct dx_delaunay_run *run)
 {
-    double sum = 0;
+    double sum = 0, highest = 0, of_most, least, most;
 
-    for (uint32_t k = 0; k < site->n; k++)
-        sum += site->candidate[k].height * site->candidate[k].height;
-    return sqrt(sum / site->n);
-}
+    for (uint32_t k = 0; k < site->n_found; k++) {
+        const double h = site->found_height[k];
 
-static double bound_height(const struct dx_star_site *site)
-{
-    const double steep = STEEP * site->reach, height = site->height < steep ? site->height : steep;
-
-    return height > NOISE * site->height_of_most ? height : NOISE * site->height_of_most;
+        sum += h * h;
+        highest = h > highest ? h : highest;
+    }
+    of_most = NOISE * sqrt(sum / site->n_found);
+    site->height = INFINITY;
+    if (highest <= of_most && !run->config->paper_radius)
+        return;
+    dx_star_curvature(&least, &most, site, run);
+    site->height = surface_height(least, most, site->nearest);
+    site->height = site->height < STEEP * site->reach ? site->height : STEEP * site->reach;
+    site->height = site->height > of_most ? site->height : of_most;
+    if (run->config->paper_radius)
+        site->paper_radius = paper_radius(site, run, least, most);
+    prune_heights(site);
 }
 
 bool dx_star_gather(struct dx_star_site *site, const struct dx_delaunay_run *run, uint32_t rank)
 {
     const uint32_t *near = dx_neighbours_of(run->nb, rank);
-    double least, most;
 
-    site->n = 0;
+    site->n = site->n_found = 0;
     if (!dx_tangent_of(&site->plane, run, rank))
         return false;
     site->reach = DX_STAR_FLAT / site->plane.scale;
+    site->nearest = distance(run->cloud->at[near[0]], site->plane.at);
     for (uint32_t k = 0; k < run->nb->k; k++)
         put(site, run, near[k]);
-    if (site->n == 0)
+    if (site->n_found == 0)
         return true;
-    site->nearest = sqrt(site->candidate[0].d2);
-    dx_angle_sort(site->order, site->n);
-    dx_star_curvature(&least, &most, site, run->quarter_turns);
-    site->height = height_of(least, most, site->nearest);
-    site->height_of_most = height_of_most(site);
-    site->paper_radius = paper_radius(site, run, least, most);
-    prune(site, bound_height(site), run->max_edge);
+    order(site);
+    prune(site, run);
+    if (run->max_edge < INFINITY)
+        prune_edges(site, run);
     return true;
 }
 
 void dx_star_widen(struct dx_star_site *site, const struct dx_delaunay_run *run, double radius)
 {
+    const double steep = STEEP / site->reach;
     uint32_t n;
 
     radius = radius < DX_CLOUD_LATTICE * 2.0 ? radius : DX_CLOUD_LATTICE * 2.0;
@@ -141,11 +153,15 @@ void dx_star_widen(struct dx_star_site *site, const struct dx_delaunay_run *run,
         radius *= 0.8;
     }
     n = n < DX_STAR_MAX_NEAR ? n : DX_STAR_MAX_NEAR;
-    site->n = 0;
-    site->reach = radius;
+    site->n_found = 0;
     for (uint32_t k = 0; k < n; k++)
         if (site->near[k].rank != site->plane.rank)
             put(site, run, site->near[k].rank);
-    dx_angle_sort(site->order, site->n);
-    prune(site, bound_height(site), run->max_edge);
+    order(site);
+    (void)steep;
+    site->reach = radius;
+    if (site->height < INFINITY)
+        prune_heights(site);
+    if (run->max_edge < INFINITY)
+        prune_edges(site, run);
 }

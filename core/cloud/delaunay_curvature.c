@@ -31,25 +31,40 @@ static double angle_of(double key, const double *quarter_turns)
            (s - cell) * (quarter_turns[cell + 1] - quarter_turns[cell]);
 }
 
+/* Normal curvature from the reference point towards a candidate. */
+static double curvature(const struct dx_star_site *site, const struct dx_delaunay_run *run,
+                        uint32_t rank)
+{
+    const int32_t *p = site->plane.at, *q = run->cloud->at[rank];
+    const float *m = run->normals[rank];
+    double bend = 0, d2 = 0;
+
+    for (int k = 0; k < 3; k++) {
+        const double d = q[k] - p[k];
+
+        bend += (site->plane.n[k] - (double)m[k]) * d;
+        d2 += d * d;
+    }
+    return bend / d2;
+}
+
 void dx_star_curvature(double *least, double *most, const struct dx_star_site *site,
-                       const double *quarter_turns)
+                       const struct dx_delaunay_run *run)
 {
     const uint32_t n = site->n;
-    double xx = 0, xy = 0, yy = 0, before, here, half, root, k1, k2;
+    double xx = 0, xy = 0, yy = 0, before, here, root, k1, k2;
 
-    if (n < 3) {
-        *least = *most = 0;
+    *least = *most = 0;
+    if (n < 3)
         return;
-    }
-    before = angle_of(site->order[n - 1].key, quarter_turns) - 4;
-    here = angle_of(site->order[0].key, quarter_turns);
+    before = angle_of(dx_angle_key(site->at[n - 1]), run->quarter_turns) - 4;
+    here = angle_of(dx_angle_key(site->at[0]), run->quarter_turns);
     for (uint32_t k = 0; k < n; k++) {
-        const struct dx_angle *a = &site->order[k];
-        const double after = angle_of(site->order[k + 1 < n ? k + 1 : 0].key, quarter_turns) +
-                             (k + 1 < n ? 0 : 4);
-        const double x = a->at.x, y = a->at.y;
-        const double w = (after - before) / 8 * site->candidate[a->number].curvature /
-                         (x * x + y * y);
+        const bool last = k + 1 == n;
+        const double after = angle_of(dx_angle_key(site->at[last ? 0 : k + 1]), run->quarter_turns);
+        const double x = site->at[k].x, y = site->at[k].y;
+        const double w = (after + (last ? 4 : 0) - before) / 8 *
+                         curvature(site, run, site->rank[k]) / (x * x + y * y);
 
         xx += w * x * x;
         xy += w * x * y;
@@ -57,10 +72,10 @@ void dx_star_curvature(double *least, double *most, const struct dx_star_site *s
         before = here;
         here = after;
     }
-    half = (xx + yy) / 2;
     root = sqrt((xx - yy) * (xx - yy) / 4 + xy * xy);
-    k1 = fabs(2 * half + 4 * root); /* 3 m1 - m2, where m1 and m2 are half + root and half - root */
-    k2 = fabs(2 * half - 4 * root);
+    /* 3 m1 - m2 and 3 m2 - m1, where m1 and m2 are (xx + yy) / 2 + root and - root */
+    k1 = fabs(xx + yy + 4 * root);
+    k2 = fabs(xx + yy - 4 * root);
     *least = k1 < k2 ? k1 : k2;
     *most = k1 < k2 ? k2 : k1;
 }

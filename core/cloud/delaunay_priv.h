@@ -3,7 +3,7 @@
 #define DX_DELAUNAY_PRIV_H
 
 #include "core/cloud/delaunay.h"
-#include "core/cloud/flat_order.h"
+#include "core/cloud/angle_order.h"
 #include "core/cloud/point_ring.h"
 
 #define DX_STAR_MAX_NEAR 256 /* candidates */
@@ -22,25 +22,22 @@ struct dx_tangent {
     bool shadow;
 };
 
-/* A candidate in the plane of a reference point. */
-struct dx_candidate {
-    uint32_t rank;
-    struct dx_flat at;
-    double height, d2;
-    double curvature; /* normal curvature towards it */
-};
-
 /* One point and its candidates; scratch of a thread. */
 struct dx_star_site {
     struct dx_tangent plane;
-    double nearest;  /* distance */
-    double reach;    /* within it all points are candidates */
-    double height;   /* over the plane, at most (section 5.3), but for noise */
-    double height_of_most;
+    double nearest; /* distance */
+    double reach;   /* within it all points are candidates */
+    double height;  /* over the plane, at most */
     double paper_radius;
     uint32_t n;
-    struct dx_candidate candidate[DX_STAR_MAX_NEAR];
-    struct dx_angle order[DX_STAR_MAX_NEAR]; /* by angle; number: the rank, in the end */
+    uint32_t rank[DX_STAR_MAX_NEAR]; /* by angle, as what follows */
+    struct dx_flat at[DX_STAR_MAX_NEAR];
+    /* as they were found */
+    uint32_t n_found;
+    uint32_t found[DX_STAR_MAX_NEAR];
+    struct dx_flat found_at[DX_STAR_MAX_NEAR];
+    double found_height[DX_STAR_MAX_NEAR];
+    uint8_t order[DX_STAR_MAX_NEAR];
     struct dx_near near[DX_STAR_MAX_NEAR];
 };
 
@@ -94,9 +91,18 @@ struct dx_delaunay_run {
 
 /* delaunay_plane.c: false: the point has no normal. */
 bool dx_tangent_of(struct dx_tangent *t, const struct dx_delaunay_run *run, uint32_t rank);
-/* A point turned about the reference point into its plane, at its distance (section 5.4); false: it
- * is on the normal. */
-bool dx_tangent_flat(struct dx_flat *out, const struct dx_tangent *t, const int32_t at[3]);
+/* A point turned about the reference point into its plane, at its distance (section 5.4), and its
+ * height over it; false: it is on the normal. */
+bool dx_tangent_put(struct dx_flat *out, double *height, const struct dx_tangent *t,
+                    const int32_t at[3]);
+
+static inline bool dx_tangent_flat(struct dx_flat *out, const struct dx_tangent *t,
+                                   const int32_t at[3])
+{
+    double height;
+
+    return dx_tangent_put(out, &height, t, at);
+}
 
 /* delaunay_candidates.c: of a point, by angle: its nearest neighbours, pruned by height. False: it
  * has no normal. */
@@ -104,14 +110,15 @@ bool dx_star_gather(struct dx_star_site *site, const struct dx_delaunay_run *run
 /* All within a wider radius, or one that is less where there are too many. */
 void dx_star_widen(struct dx_star_site *site, const struct dx_delaunay_run *run, double radius);
 
-/* delaunay_curvature.c: Taubin's tensor (section 5.2); magnitudes, of candidates by angle. */
+/* delaunay_curvature.c: Taubin's tensor (section 5.2) from the candidates; magnitudes. */
 void dx_star_curvature(double *least, double *most, const struct dx_star_site *site,
-                       const double *quarter_turns);
+                       const struct dx_delaunay_run *run);
 void dx_star_angles(double quarter_turns[DX_STAR_N_ANGLES]);
 
-/* delaunay_star.c: the local Delaunay neighbours among points by angle; `origin`, the rank of the
- * point in the middle, and ranks by number decide what circles do not. */
-void dx_star_scan(struct dx_star *star, const struct dx_angle *order, uint32_t n, uint32_t origin);
+/* delaunay_star.c: the local Delaunay neighbours of a point, `origin`, among points by angle; ranks
+ * decide what circles do not. */
+void dx_star_scan(struct dx_star *star, const struct dx_flat *at, const uint32_t *rank, uint32_t n,
+                  uint32_t origin);
 
 /* delaunay_stars.c */
 int dx_stars_make(struct dx_delaunay_run *run);

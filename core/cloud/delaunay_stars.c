@@ -37,15 +37,17 @@ static void make_printed(struct dx_star_site *site, struct dx_star *star,
     if (site->paper_radius > site->reach) {
         dx_star_widen(site, run, site->paper_radius);
     } else {
-        const double most = site->paper_radius * site->plane.scale;
+        const double most = site->paper_radius * site->plane.scale + 1;
         uint32_t n = 0;
 
         for (uint32_t k = 0; k < site->n; k++)
-            if (sqrt((double)dx_flat_dot(site->order[k].at, site->order[k].at)) <= most + 1)
-                site->order[n++] = site->order[k];
+            if ((double)dx_flat_dot(site->at[k], site->at[k]) <= most * most) {
+                site->rank[n] = site->rank[k];
+                site->at[n++] = site->at[k];
+            }
         site->n = n;
     }
-    dx_star_scan(star, site->order, site->n, site->plane.rank);
+    dx_star_scan(star, site->at, site->rank, site->n, site->plane.rank);
 }
 
 /* By circles: once more if one reaches beyond the nearest neighbours. */
@@ -55,12 +57,12 @@ static void make_empty(struct dx_star_site *site, struct dx_star *star,
     const double most = run->config->widest * site->reach;
     double need;
 
-    dx_star_scan(star, site->order, site->n, site->plane.rank);
+    dx_star_scan(star, site->at, site->rank, site->n, site->plane.rank);
     need = widest_circle(star) / site->plane.scale;
     if (need <= site->reach)
         return;
     dx_star_widen(site, run, need < most ? need * 1.001 + 1 : most);
-    dx_star_scan(star, site->order, site->n, site->plane.rank);
+    dx_star_scan(star, site->at, site->rank, site->n, site->plane.rank);
     *widened = true;
 }
 
