@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#define INDEX_BITS 8 /* of a key, so that no two are equal */
+#define INDEX_BITS 8  /* of a key, so that no two are equal */
 #define KEY_BITS   21 /* of a quarter turn */
 
 static int quadrant(struct dx_flat p)

@@ -1,10 +1,10 @@
 /*
  * The mesh of an unorganized cloud by localized Delaunay triangulation (Gopi, "Surface
  * Reconstruction based on Lower Dimensional Localized Delaunay Triangulation", 2000). Each point
- * triangulates its candidates in its own tangent plane; a triangle that all three corners find is in
- * the mesh. What they disagree on is decided afterwards, in one order, and small holes are filled.
- * What the paper leaves open is told in docs/algorithms.md. Stars and votes are made over the pool;
- * the same bytes for any number of threads and any order of the input.
+ * triangulates its candidates in its own tangent plane; a triangle that all three corners find is
+ * in the mesh. What they disagree on is decided afterwards, in one order, and small holes are
+ * filled. What the paper leaves open is told in docs/algorithms.md. Stars and votes are made over
+ * the pool; the same bytes for any number of threads and any order of the input.
  */
 #ifndef DX_DELAUNAY_H
 #define DX_DELAUNAY_H

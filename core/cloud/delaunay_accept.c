@@ -1,8 +1,8 @@
 /*
- * From stars to a mesh. Triangles that all three corners find cannot be in each other's way: at each
- * corner they are wedges of one star. So they are given out as they are, and a point all of whose
- * wedges are such is done. What two corners find contends for the room that is left: the smallest
- * circles first, then the lowest ranks, whatever the order in which they were found.
+ * From stars to a mesh. Triangles that all three corners find cannot be in each other's way: at
+ * each corner they are wedges of one star. So they are given out as they are, and a point all of
+ * whose wedges are such is done. What two corners find contends for the room that is left: the
+ * smallest circles first, then the lowest ranks, whatever the order in which they were found.
  */
 #include "core/cloud/delaunay_priv.h"
 

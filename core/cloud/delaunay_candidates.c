@@ -1,7 +1,7 @@
 /*
- * Candidates of a point (section 5.3): those near it whose normals look to its side and whose height
- * over its tangent plane is not beyond what curvature and noise explain, turned into the plane and
- * ordered by angle. Curvature is that of the nearest neighbours, before any is left out.
+ * Candidates of a point (section 5.3): those near it whose normals look to its side and whose
+ * height over its tangent plane is not beyond what curvature and noise explain, turned into the
+ * plane and ordered by angle. Curvature is that of the nearest neighbours, before any is left out.
  */
 #include "core/cloud/delaunay_priv.h"
 

@@ -1,8 +1,8 @@
 /*
  * The curvature tensor at a point from its neighbours' normals, as Taubin (1995) has it: the
  * eigenvalues of the mean of k(v) v v^T over all directions v in the plane tell the principal
- * curvatures. A neighbour counts as much as the angle between those beside it. The curvature towards
- * one is half of what the paper prints, which would be that of a height.
+ * curvatures. A neighbour counts as much as the angle between those beside it. The curvature
+ * towards one is half of what the paper prints, which would be that of a height.
  */
 #include "core/base/trig.h"
 #include "core/cloud/delaunay_priv.h"

@@ -150,8 +150,8 @@ static void set_chords(struct hole *h)
         for (uint32_t j = i + 1; j < h->n; j++) {
             const bool side = j == i + 1 || (i == 0 && j == h->n - 1);
 
-            h->chord[i][j] = side || (h->rank[i] != h->rank[j] &&
-                                      !is_edge(h->run, h->rank[i], h->rank[j]));
+            h->chord[i][j] =
+                side || (h->rank[i] != h->rank[j] && !is_edge(h->run, h->rank[i], h->rank[j]));
             for (uint32_t k = 0; k < h->n && !side && h->chord[i][j]; k++)
                 h->chord[i][j] = !touch(h, i, j, k, (k + 1) % h->n);
         }

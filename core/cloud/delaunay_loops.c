@@ -1,10 +1,11 @@
-/* Loops of boundary edges: the rims of holes, traced from ring to ring with the hole to the left. */
+/* Loops of boundary edges: the rims of holes, traced from ring to ring with the hole to the left.
+ */
 #include "core/cloud/delaunay_priv.h"
 
 #define NONE UINT32_MAX
 
-/* The hole is to the left of edge u-v; where its rim goes on from v: of the last ends of v's chains,
- * the one before u. NONE: u-v has no hole to its left. */
+/* The hole is to the left of edge u-v; where its rim goes on from v: of the last ends of v's
+ * chains, the one before u. NONE: u-v has no hole to its left. */
 static uint32_t next_on_rim(const struct dx_delaunay_run *run, uint32_t u, uint32_t v)
 {
     const uint32_t ring = run->ring[v] == DX_RING_WHOLE ? 0 : run->ring[v];

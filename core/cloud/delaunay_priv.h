@@ -6,8 +6,8 @@
 #include "core/cloud/angle_order.h"
 #include "core/cloud/point_ring.h"
 
-#define DX_STAR_MAX_NEAR 256 /* candidates */
-#define DX_STAR_MAX      128 /* neighbours in a star */
+#define DX_STAR_MAX_NEAR 256       /* candidates */
+#define DX_STAR_MAX      128       /* neighbours in a star */
 #define DX_STAR_FLAT     (1 << 20) /* the radius of the nearest, in units of the plane */
 #define DX_STAR_BLOCK    1024      /* points of a task, whose stars are in one block */
 #define DX_STAR_N_ANGLES 257
@@ -50,8 +50,8 @@ struct dx_star {
                                    half a turn or more lies between them */
 };
 
-/* Each point's star in few bytes. A word is the rank of a neighbour, with DX_STAR_GAP where there is
- * no triangle between it and the next; beside it is how many corners find that triangle. */
+/* Each point's star in few bytes. A word is the rank of a neighbour, with DX_STAR_GAP where there
+ * is no triangle between it and the next; beside it is how many corners find that triangle. */
 #define DX_STAR_GAP        (1u << 31)
 #define DX_STAR_RANK(word) ((word) & ~DX_STAR_GAP)
 
@@ -81,7 +81,7 @@ struct dx_delaunay_run {
     const struct dx_delaunay_sink *sink;
     struct dx_delaunay_stats *stats;
     struct dx_pool *pool;
-    double max_edge; /* steps; INFINITY: no bound */
+    double max_edge;                        /* steps; INFINITY: no bound */
     double quarter_turns[DX_STAR_N_ANGLES]; /* of sin^2 from 0 to 1 */
     struct dx_stars stars;
     /* of what is accepted: by rank, DX_RING_WHOLE or a ring */
@@ -130,8 +130,8 @@ uint32_t dx_star_make(uint32_t *words, struct dx_star_site *site, struct dx_star
 /* delaunay_accept.c: by votes. */
 int dx_delaunay_accept(struct dx_delaunay_run *run);
 
-/* delaunay_rings.c: whether triangle (a, b, c) fits in the rings of its corners; lies beside what is
- * there in their planes; it goes into all three rings and to the caller. */
+/* delaunay_rings.c: whether triangle (a, b, c) fits in the rings of its corners; lies beside what
+ * is there in their planes; it goes into all three rings and to the caller. */
 bool dx_delaunay_fits(const struct dx_delaunay_run *run, uint32_t a, uint32_t b, uint32_t c);
 bool dx_delaunay_is_clear(const struct dx_delaunay_run *run, uint32_t a, uint32_t b, uint32_t c);
 int dx_delaunay_add(struct dx_delaunay_run *run, uint32_t a, uint32_t b, uint32_t c);
@@ -141,7 +141,8 @@ int dx_delaunay_give(struct dx_delaunay_run *run, uint32_t a, uint32_t b, uint32
 
 /* delaunay_loops.c: the rim, of at most config->max_loop points, that begins with edge a-b and has
  * its hole to the left; how many. 0: longer, or not of a as its lowest. */
-uint32_t dx_delaunay_trace(uint32_t *rim, const struct dx_delaunay_run *run, uint32_t a, uint32_t b);
+uint32_t dx_delaunay_trace(uint32_t *rim, const struct dx_delaunay_run *run, uint32_t a,
+                           uint32_t b);
 
 /* delaunay_holes.c */
 int dx_delaunay_fill(struct dx_delaunay_run *run);

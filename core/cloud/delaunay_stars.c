@@ -1,4 +1,5 @@
-/* Stars of all points, in blocks of a task each, and what corners find of each other's triangles. */
+/* Stars of all points, in blocks of a task each, and what corners find of each other's triangles.
+ */
 #include "core/cloud/delaunay_priv.h"
 
 #include <errno.h>

@@ -64,6 +64,26 @@ static uint8_t class_of(float cost)
     return (uint8_t)(bits < N_CLASSES ? bits : N_CLASSES - 1);
 }
 
+static bool has(const uint32_t *list, uint32_t n, uint32_t rank)
+{
+    uint32_t found = 0;
+
+    for (uint32_t k = 0; k < n; k++)
+        found |= list[k] == rank;
+    return found;
+}
+
+/* Of the edge to r's k-th neighbour; one that both ends have is the lower end's. */
+static uint8_t classify(const struct forest *f, uint32_t r, uint32_t k)
+{
+    const uint32_t q = dx_neighbours_of(f->nb, r)[k];
+
+    if (!is_defined(f->n[r]) || !is_defined(f->n[q]) ||
+        (q < r && has(dx_neighbours_of(f->nb, q), f->k, r)))
+        return NO_CLASS;
+    return class_of(cost_of(f, r, q));
+}
+
 static void classify_run(void *ctx, uint32_t task, unsigned thread)
 {
     const struct forest *f = ctx;
@@ -72,13 +92,9 @@ static void classify_run(void *ctx, uint32_t task, unsigned thread)
 
     (void)thread;
     for (uint32_t r = first; r < end; r++) {
-        const uint32_t *near = dx_neighbours_of(f->nb, r);
-
         f->up[r] = r << 1;
         for (uint32_t k = 0; k < f->k; k++)
-            f->class[(size_t)r * f->k + k] = is_defined(f->n[r]) && is_defined(f->n[near[k]])
-                                                 ? class_of(cost_of(f, r, near[k]))
-                                                 : NO_CLASS;
+            f->class[(size_t)r * f->k + k] = classify(f, r, k);
     }
 }
 
