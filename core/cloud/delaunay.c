@@ -10,11 +10,14 @@
 void dx_delaunay_defaults(struct dx_delaunay_config *config)
 {
     *config =
-        (struct dx_delaunay_config){.widest = 2.5, .least_m = 2.5, .most_m = 5, .max_loop = 8};
+        (struct dx_delaunay_config){.k = 16, .widest = 2.5, .least_m = 2.5, .most_m = 5, .max_loop = 8};
 }
 
 static int check(const struct dx_delaunay_config *c, struct dx_err *err)
 {
+    if (c->k < 3 || c->k > DX_CLOUD_MAX_NEAREST)
+        return dx_err_set(err, -EINVAL, "%u candidates, expected 3 to %d", c->k,
+                          DX_CLOUD_MAX_NEAREST);
     if (!(c->widest >= 1 && c->widest <= 100))
         return dx_err_set(err, -EINVAL, "the widest radius is %g, expected 1 to 100", c->widest);
     if (!(c->least_m >= 1 && c->least_m <= c->most_m && c->most_m <= 100))
@@ -81,6 +84,7 @@ int dx_delaunay(struct dx_delaunay_stats *stats, const struct dx_cloud *cloud,
     *stats = (struct dx_delaunay_stats){0};
     if (rc < 0 || cloud->n == 0)
         return rc;
+    run.k = nb->k < config->k ? nb->k : config->k;
     run.max_edge = config->max_edge > 0 ? config->max_edge / cloud->step : INFINITY;
     dx_star_angles(run.quarter_turns);
     dx_rings_init(&run.rings);

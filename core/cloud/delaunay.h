@@ -16,6 +16,7 @@
 #define DX_DELAUNAY_MAX_LOOP 32
 
 struct dx_delaunay_config {
+    uint32_t k; /* candidates at first: so many nearest neighbours, or all there are */
     /* Candidates are sought as far as empty circles reach, up to so many radii of the nearest
      * neighbours; in larger circles no surface is made. At least 1. */
     double widest;
@@ -51,8 +52,7 @@ struct dx_delaunay_sink {
 
 void dx_delaunay_defaults(struct dx_delaunay_config *config);
 
-/* `normals` by rank, oriented, as of dx_cloud_normals; `nb` the cloud's neighbours, about 16 of
- * each. Errors: -EINVAL (a parameter out of its range), -ENOMEM, the sink's. */
+/* `normals` by rank, oriented, as of dx_cloud_normals; `nb` the cloud's neighbours. Errors: -EINVAL (a parameter out of its range), -ENOMEM, the sink's. */
 int dx_delaunay(struct dx_delaunay_stats *stats, const struct dx_cloud *cloud,
                 const struct dx_neighbours *nb, const float (*normals)[3],
                 const struct dx_delaunay_config *config, const struct dx_delaunay_sink *sink,

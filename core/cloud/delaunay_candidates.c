@@ -77,7 +77,7 @@ static double paper_radius(const struct dx_star_site *site, const struct dx_dela
                            double least, double most)
 {
     const uint32_t *near = dx_neighbours_of(run->nb, site->plane.rank);
-    const uint32_t k = run->nb->k < PAPER_AT_LEAST ? run->nb->k : PAPER_AT_LEAST;
+    const uint32_t k = run->k < PAPER_AT_LEAST ? run->k : PAPER_AT_LEAST;
     const double enough = distance(run->cloud->at[near[k - 1]], site->plane.at);
     double m = least > LEAST_RATIO * most ? 2 * most / least : 2 / LEAST_RATIO;
 
@@ -128,7 +128,7 @@ bool dx_star_gather(struct dx_star_site *site, const struct dx_delaunay_run *run
         return false;
     site->reach = DX_STAR_FLAT / site->plane.scale;
     site->nearest = distance(run->cloud->at[near[0]], site->plane.at);
-    for (uint32_t k = 0; k < run->nb->k; k++)
+    for (uint32_t k = 0; k < run->k; k++)
         put(site, run, near[k]);
     if (site->n_found == 0)
         return true;

@@ -39,14 +39,14 @@ bool dx_tangent_of(struct dx_tangent *t, const struct dx_delaunay_run *run, uint
     const struct dx_neighbours *nb = run->nb;
     double reach;
 
-    if (nb->k == 0 || (n[0] == 0 && n[1] == 0 && n[2] == 0))
+    if (run->k == 0 || (n[0] == 0 && n[1] == 0 && n[2] == 0))
         return false;
     t->rank = rank;
     t->at = run->cloud->at[rank];
     for (int k = 0; k < 3; k++)
         t->n[k] = (double)n[k];
     set_basis(t);
-    reach = distance(t->at, run->cloud->at[dx_neighbours_of(nb, rank)[nb->k - 1]]);
+    reach = distance(t->at, run->cloud->at[dx_neighbours_of(nb, rank)[run->k - 1]]);
     t->scale = DX_STAR_FLAT / reach;
     t->shadow = run->config->shadow;
     return true;

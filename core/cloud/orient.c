@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define RUN       1024 /* points of a task */
+#define MAX_EDGES 16   /* of a point: its nearest neighbours */
 #define N_CLASSES 24
 #define NO_CLASS  255
 #define SMOOTH    0x1p-9 /* costs below are class 0: normals less than 3.6 degrees apart */
@@ -258,10 +259,10 @@ int dx_orient(float (*n)[3], uint32_t *n_parts, const struct dx_cloud *cloud,
               const struct dx_neighbours *nb, uint32_t k, const double *viewpoint,
               struct dx_pool *pool)
 {
-    struct forest f = {n, cloud, nb, k, NULL, NULL};
+    struct forest f = {n, cloud, nb, k < MAX_EDGES ? k : MAX_EDGES, NULL, NULL};
     int rc = -ENOMEM;
 
-    f.class = malloc((size_t)cloud->n * k + 1);
+    f.class = malloc((size_t)cloud->n * f.k + 1);
     f.up = malloc((size_t)cloud->n * sizeof(*f.up));
     if (f.class && f.up) {
         dx_pool_run(pool, (cloud->n + RUN - 1) / RUN, classify_run, &f);
