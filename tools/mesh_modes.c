@@ -7,6 +7,7 @@
 
 static const struct dx_mesh_mode *const modes[] = {
     &dx_mesh_mode_project,
+    &dx_mesh_mode_delaunay,
 };
 
 #define N_MODES (sizeof(modes) / sizeof(modes[0]))

@@ -9,8 +9,8 @@
 
 void dx_delaunay_defaults(struct dx_delaunay_config *config)
 {
-    *config =
-        (struct dx_delaunay_config){.k = 16, .widest = 2.5, .least_m = 2.5, .most_m = 5, .max_loop = 8};
+    *config = (struct dx_delaunay_config){
+        .k = 16, .widest = 2.5, .least_m = 2.5, .most_m = 5, .max_loop = 8};
 }
 
 static int check(const struct dx_delaunay_config *c, struct dx_err *err)

@@ -52,7 +52,8 @@ struct dx_delaunay_sink {
 
 void dx_delaunay_defaults(struct dx_delaunay_config *config);
 
-/* `normals` by rank, oriented, as of dx_cloud_normals; `nb` the cloud's neighbours. Errors: -EINVAL (a parameter out of its range), -ENOMEM, the sink's. */
+/* `normals` by rank, oriented, as of dx_cloud_normals; `nb` the cloud's neighbours. Errors: -EINVAL
+ * (a parameter out of its range), -ENOMEM, the sink's. */
 int dx_delaunay(struct dx_delaunay_stats *stats, const struct dx_cloud *cloud,
                 const struct dx_neighbours *nb, const float (*normals)[3],
                 const struct dx_delaunay_config *config, const struct dx_delaunay_sink *sink,

@@ -81,7 +81,7 @@ struct dx_delaunay_run {
     const struct dx_delaunay_sink *sink;
     struct dx_delaunay_stats *stats;
     struct dx_pool *pool;
-    uint32_t k;      /* of the neighbours, that are candidates at first */
+    uint32_t k;                             /* of the neighbours, that are candidates at first */
     double max_edge;                        /* steps; INFINITY: no bound */
     double quarter_turns[DX_STAR_N_ANGLES]; /* of sin^2 from 0 to 1 */
     struct dx_stars stars;
