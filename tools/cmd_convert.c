@@ -2,6 +2,7 @@
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/convert.h"
+#include "tools/convert_normals.h"
 #include "tools/repair.h"
 #include "tools/source.h"
 
@@ -12,6 +13,7 @@
 static const char help[] =
     "usage: dexel convert IN OUT [OPTIONS]\n"
     "       dexel convert --repair IN -o OUT\n"
+    "       dexel convert --normals IN OUT      (its options: --normals --help)\n"
     "Converts scans (a file, or a directory or glob of files), recordings of dexeld and\n"
     "organized clouds in MCAP files of other programs, by way of the dexel array.\n"
     "With --repair: writes all that can be read of a damaged or cut recording (MCAP)\n"
@@ -212,8 +214,11 @@ int cmd_convert(int argc, char **argv)
 {
     struct dx_err err = {""};
     struct args a;
-    int r = parse(&a, argc, argv);
+    int r;
 
+    if (dx_convert_normals_asked(argc, argv))
+        return dx_convert_normals(argc, argv);
+    r = parse(&a, argc, argv);
     if (r != 0)
         return r == DX_ARG_E_HELP ? 0 : 2;
     r = a.repair ? dx_repair_file(a.in, a.out, "dexel convert", &err)
