@@ -2,6 +2,7 @@
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/convert.h"
+#include "tools/convert_normals.h"
 #include "tools/convert_smooth.h"
 #include "tools/repair.h"
 #include "tools/source.h"
@@ -13,6 +14,7 @@
 static const char help[] =
     "usage: dexel convert IN OUT [OPTIONS]\n"
     "       dexel convert --repair IN -o OUT\n"
+    "       dexel convert --normals IN OUT      (its options: --normals --help)\n"
     "       dexel convert --smooth IN OUT    (unorganized points: --smooth --help)\n"
     "Converts scans (a file, or a directory or glob of files), recordings of dexeld and\n"
     "organized clouds in MCAP files of other programs, by way of the dexel array.\n"
@@ -216,6 +218,8 @@ int cmd_convert(int argc, char **argv)
     struct args a;
     int r;
 
+    if (dx_convert_normals_asked(argc, argv))
+        return dx_convert_normals(argc, argv);
     if (dx_convert_smooth_asked(argc, argv))
         return dx_convert_smooth(argc, argv);
     r = parse(&a, argc, argv);

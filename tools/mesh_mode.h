@@ -70,6 +70,7 @@ struct dx_mesh_mode {
 };
 
 extern const struct dx_mesh_mode dx_mesh_mode_project;
+extern const struct dx_mesh_mode dx_mesh_mode_delaunay;
 extern const struct dx_mesh_mode dx_mesh_mode_smooth;
 
 /* The mode that a command line asks for; NULL: none of these. */

@@ -7,6 +7,7 @@
 
 static const struct dx_mesh_mode *const modes[] = {
     &dx_mesh_mode_project,
+    &dx_mesh_mode_delaunay,
     &dx_mesh_mode_smooth,
 };
 

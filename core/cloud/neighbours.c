@@ -5,6 +5,8 @@
  */
 #include "core/cloud/neighbours.h"
 
+#include "core/cloud/few_sort.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -13,8 +15,10 @@
 #define RUN       1024 /* points of a task */
 #define ROOM      1.12 /* over the radius that held the last point's neighbours */
 #define WIDEN     1.4
+#define NARROW    0.6
 #define MAX_TRIES 4
-#define MAX_FOUND 255 /* a place is in the low byte of a key */
+#define MAX_FOUND 255               /* a place is in the low byte of a key */
+#define COARSE    ((1 << 23) - 1.0) /* the rest of it */
 #define MAX_REACH (1 << 27)
 
 struct all {
@@ -22,39 +26,48 @@ struct all {
     const struct dx_cloud *cloud;
 };
 
-/* By distance and place, which is by rank: places are in the order of rank. */
-static void sort_keys(uint64_t *key, uint32_t n)
+/* Order of distance, then of place, which is that of rank. Coarse keys give places; what is next to
+ * each other is then compared exactly. */
+static void sort(uint32_t *order, const struct dx_near *near, uint32_t n, double radius)
 {
+    const double scale = COARSE / (radius * radius + 1);
+    int32_t key[MAX_FOUND + DX_FEW_LANES], place[MAX_FOUND + DX_FEW_LANES];
+
+    for (uint32_t i = 0; i < n; i++)
+        key[i] = (int32_t)((uint32_t)((double)near[i].d2 * scale) << 8 | i);
+    for (uint32_t i = n; i % DX_FEW_LANES; i++)
+        key[i] = 0; /* is not counted */
+    dx_few_places(place, key, n);
+    for (uint32_t i = 0; i < n; i++)
+        order[place[i]] = i;
     for (uint32_t i = 1; i < n; i++) {
-        const uint64_t x = key[i];
+        const uint32_t x = order[i];
         uint32_t j = i;
 
-        for (; j > 0 && key[j - 1] > x; j--)
-            key[j] = key[j - 1];
-        key[j] = x;
+        for (; j > 0 && near[order[j - 1]].d2 > near[x].d2; j--)
+            order[j] = order[j - 1];
+        order[j] = x;
     }
 }
 
-/* Of the points in a sphere. Returns the radius that the k nearest need, squared; -1: there are too
- * few or too many. */
+/* Of the points in a sphere. Returns the square of the radius that the k nearest need, or that
+ * there are too few or too many. */
+enum { TOO_FEW = -1, TOO_MANY = -2 };
+
 static int64_t nearest_in(uint32_t *out, const struct all *a, uint32_t rank, double radius)
 {
     struct dx_near near[MAX_FOUND];
-    uint64_t key[MAX_FOUND];
+    uint32_t order[MAX_FOUND];
     const uint32_t k = a->nb->k;
-    uint32_t found, n = 0;
+    uint32_t n;
 
-    found = dx_cloud_within(a->cloud, a->cloud->at[rank], (int32_t)radius, near, MAX_FOUND);
-    if (found > MAX_FOUND || found <= k)
-        return found > MAX_FOUND ? -2 : -1;
-    for (uint32_t i = 0; i < found; i++) {
-        key[n] = (uint64_t)near[i].d2 << 8 | i;
-        n += near[i].rank != rank;
-    }
-    sort_keys(key, n);
-    for (uint32_t i = 0; i < k; i++)
-        out[i] = near[key[i] & 0xff].rank;
-    return (int64_t)(key[k - 1] >> 8);
+    n = dx_cloud_within(a->cloud, a->cloud->at[rank], (int32_t)radius, near, MAX_FOUND);
+    if (n > MAX_FOUND || n <= k)
+        return n > MAX_FOUND ? TOO_MANY : TOO_FEW;
+    sort(order, near, n, radius);
+    for (uint32_t i = 0; i < k; i++) /* the first is the point itself */
+        out[i] = near[order[i + 1]].rank;
+    return near[order[k]].d2;
 }
 
 /* By frames of dexels, for any distance. */
@@ -76,7 +89,7 @@ static double find(uint32_t *out, const struct all *a, uint32_t rank, double rad
 
         if (d2 >= 0)
             return sqrt((double)d2);
-        radius *= d2 == -1 ? WIDEN : 0.6;
+        radius *= d2 == TOO_FEW ? WIDEN : NARROW;
     }
     return nearest_far(out, a, rank);
 }

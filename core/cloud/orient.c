@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define RUN       1024 /* points of a task */
+#define MAX_EDGES 16   /* of a point: its nearest neighbours */
 #define N_CLASSES 24
 #define NO_CLASS  255
 #define SMOOTH    0x1p-9 /* costs below are class 0: normals less than 3.6 degrees apart */
@@ -64,6 +65,26 @@ static uint8_t class_of(float cost)
     return (uint8_t)(bits < N_CLASSES ? bits : N_CLASSES - 1);
 }
 
+static bool has(const uint32_t *list, uint32_t n, uint32_t rank)
+{
+    uint32_t found = 0;
+
+    for (uint32_t k = 0; k < n; k++)
+        found |= list[k] == rank;
+    return found;
+}
+
+/* Of the edge to r's k-th neighbour; one that both ends have is the lower end's. */
+static uint8_t classify(const struct forest *f, uint32_t r, uint32_t k)
+{
+    const uint32_t q = dx_neighbours_of(f->nb, r)[k];
+
+    if (!is_defined(f->n[r]) || !is_defined(f->n[q]) ||
+        (q < r && has(dx_neighbours_of(f->nb, q), f->k, r)))
+        return NO_CLASS;
+    return class_of(cost_of(f, r, q));
+}
+
 static void classify_run(void *ctx, uint32_t task, unsigned thread)
 {
     const struct forest *f = ctx;
@@ -72,13 +93,9 @@ static void classify_run(void *ctx, uint32_t task, unsigned thread)
 
     (void)thread;
     for (uint32_t r = first; r < end; r++) {
-        const uint32_t *near = dx_neighbours_of(f->nb, r);
-
         f->up[r] = r << 1;
         for (uint32_t k = 0; k < f->k; k++)
-            f->class[(size_t)r * f->k + k] = is_defined(f->n[r]) && is_defined(f->n[near[k]])
-                                                 ? class_of(cost_of(f, r, near[k]))
-                                                 : NO_CLASS;
+            f->class[(size_t)r * f->k + k] = classify(f, r, k);
     }
 }
 
@@ -242,10 +259,10 @@ int dx_orient(float (*n)[3], uint32_t *n_parts, const struct dx_cloud *cloud,
               const struct dx_neighbours *nb, uint32_t k, const double *viewpoint,
               struct dx_pool *pool)
 {
-    struct forest f = {n, cloud, nb, k, NULL, NULL};
+    struct forest f = {n, cloud, nb, k < MAX_EDGES ? k : MAX_EDGES, NULL, NULL};
     int rc = -ENOMEM;
 
-    f.class = malloc((size_t)cloud->n * k + 1);
+    f.class = malloc((size_t)cloud->n * f.k + 1);
     f.up = malloc((size_t)cloud->n * sizeof(*f.up));
     if (f.class && f.up) {
         dx_pool_run(pool, (cloud->n + RUN - 1) / RUN, classify_run, &f);
