@@ -2,6 +2,9 @@
 
 wrong() { echo "$1"; exit 1; }
 
+# word NAME: its value on the kernel's command line
+word() { sed -n "s/.*\\b$1=\\([^ ]*\\).*/\\1/p" /proc/cmdline; }
+
 # await SECONDS COMMAND...: until COMMAND succeeds; looks again ten times a second
 await() {
   until_s=$(($(up_s) + $1))
@@ -107,6 +110,30 @@ device() { status | sed -n 's/.*"device":{\([^}]*\)}.*/\1/p' | tr , '\n' | sed -
 device_is() { [ "$(device "$1")" = "$2" ]; }
 # device_above KEY N
 device_above() { [ "$(device "$1")" -gt "$2" ]; }
+
+# recorded: the configuration's stream is recorded as well. Its noise is given: else the first frame that was meshed decides
+# it, and a replay meshes the very first
+recorded() {
+  {
+    echo "    commit_ms: 60000"
+    echo "    mesh: {sigma: [0.001, 0, 0.001]}"
+    echo "    record: {path: $run/recorded.mcap}"
+  } >>"$run/dexeld.yaml"
+}
+# replays_as_live N: N meshes of the stream that is being recorded; when dexeld has been stopped, the recording gives meshes of the
+# same frames with the same digests (mesh_digests.c)
+replays_as_live() {
+  mesh_digests "$run/mesh.sock" live "$1" >"$run/live"
+  stop_dexeld
+  start_dexeld --replay "$run/recorded.mcap" --rate max --wait 1 --socket "$run/mesh.sock"
+  mesh_digests "$run/mesh.sock" lossless >"$run/replayed"
+  stop_dexeld
+  echo "live:" && cat "$run/live"
+  echo "replayed: $(wc -l <"$run/replayed") frames"
+  [ "$(cut -d' ' -f2 "$run/live" | sort -u | wc -l)" = "$1" ] || wrong 'frames with the same mesh prove nothing'
+  grep -Fxvf "$run/replayed" "$run/live" || return 0
+  wrong "the replay differs: $(cat "$run/replayed")"
+}
 
 # scip_stream KEYS...: a configuration, $run/dexeld.yaml, with a stream of a SCIP scanner on a stage that turns by 6
 # rounds a minute; scip_scanner starts the scanner (scip_sim) at the link $run/scip, and scip_expect N waits for N

@@ -58,7 +58,7 @@ pack_tests() {
   with_libraries "$root" "$B/bin/dexeld" "$B/bin/dexel" "$B/tests/scip_sim" $(find "$hil/bin" -type f ! -name 'redir_*')
   install -m 755 tests/hil/init "$root/init"
   cp tests/daemon.sh "$root/tests"
-  cp tests/hil/runner.sh tests/hil/devices.sh "$root/tests/hil"
+  cp tests/hil/runner.sh tests/hil/devices.sh tests/hil/replug.sh "$root/tests/hil"
   cp tests/hil/guest/*.sh "$root/tests/hil/guest"
   sh tests/hil/expected.sh "$root/expected"
   archive "$root" "$hil/tests.cpio"

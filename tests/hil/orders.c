@@ -1,6 +1,10 @@
 /*
  * The program around a simulated USB device (redir.h): two Unix sockets, one for QEMU's usb-redir
- * and one for orders; the loop between them.
+ * and one for orders; the loop between them. Orders of every device:
+ *   plug           into the port where it was before; plug-other: into the other
+ *   unplug
+ *   unplug-after N when N more bytes have gone out; before a plug: N bytes after it
+ *   where          answers the port, 1 or 2, or 0: it is in none
  */
 #include "tests/hil/redir_priv.h"
 
@@ -29,7 +33,7 @@ static int listen_at(const char *path)
         return -1;
     memcpy(address.sun_path, path, strlen(path) + 1);
     unlink(path);
-    if (bind(fd, (struct sockaddr *)&address, sizeof(address)) < 0 || listen(fd, 1) < 0)
+    if (bind(fd, (struct sockaddr *)&address, sizeof(address)) < 0 || listen(fd, REDIR_N_PORTS) < 0)
         return -1;
     return fd;
 }
@@ -37,12 +41,19 @@ static int listen_at(const char *path)
 static void obey(const char *line)
 {
     char text[128] = "ok";
+    unsigned long long n;
 
     fprintf(stderr, "redir: order '%s'\n", line);
     if (strcmp(line, "plug") == 0)
-        redir_plug();
+        redir_plug(false);
+    else if (strcmp(line, "plug-other") == 0)
+        redir_plug(true);
     else if (strcmp(line, "unplug") == 0)
         redir_unplug();
+    else if (strcmp(line, "where") == 0)
+        snprintf(text, sizeof(text), "%u", redir_where());
+    else if (sscanf(line, "unplug-after %llu", &n) == 1)
+        redir_unplug_after(n);
     else
         orders.device->order(line, text, sizeof(text));
     if (dprintf(orders.fd, "%s\n", text) < 0)
@@ -71,27 +82,28 @@ static void read_orders(void)
 }
 
 /* Until QEMU hangs up. */
-static void serve(int fd)
+static void serve(const int fd[REDIR_N_PORTS])
 {
     for (;;) {
-        int wait_ms = redir_is_in() ? orders.device->pump() : -1;
-        struct pollfd p[2] = {
-            {.fd = fd, .events = redir_events()},
-            {.fd = orders.fd, .events = POLLIN},
-        };
+        int wait_ms = redir_where() ? orders.device->pump() : -1;
+        struct pollfd p[REDIR_N_PORTS + 1];
 
-        if (poll(p, 2, wait_ms) < 0 && errno != EINTR)
+        for (unsigned k = 0; k < REDIR_N_PORTS; k++)
+            p[k] = (struct pollfd){.fd = fd[k], .events = redir_events(k)};
+        p[REDIR_N_PORTS] = (struct pollfd){.fd = orders.fd, .events = POLLIN};
+        if (poll(p, REDIR_N_PORTS + 1, wait_ms) < 0 && errno != EINTR)
             return;
-        if (p[1].revents)
+        if (p[REDIR_N_PORTS].revents)
             read_orders();
-        if (redir_dispatch(p[0].revents) < 0)
-            return;
+        for (unsigned k = 0; k < REDIR_N_PORTS; k++)
+            if (redir_dispatch(k, p[k].revents) < 0)
+                return;
     }
 }
 
 int redir_serve(const struct redir_device *device, const char *path, const char *orders_path)
 {
-    int listener = listen_at(path), orders_listener = listen_at(orders_path), fd;
+    int listener = listen_at(path), orders_listener = listen_at(orders_path), fd[REDIR_N_PORTS];
 
     if (listener < 0 || orders_listener < 0) {
         perror(path);
@@ -99,10 +111,16 @@ int redir_serve(const struct redir_device *device, const char *path, const char 
     }
     if (dprintf(3, "ready\n") > 0)
         close(3);
-    fd = accept4(listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    for (unsigned k = 0; k < REDIR_N_PORTS; k++) {
+        fd[k] = accept4(listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+        if (fd[k] < 0) {
+            perror("redir: accept");
+            return 1;
+        }
+    }
     orders.fd = accept4(orders_listener, NULL, NULL, SOCK_CLOEXEC);
     orders.device = device;
-    if (fd < 0 || orders.fd < 0 || redir_begin(device, fd) < 0) {
+    if (orders.fd < 0 || redir_begin(device, fd) < 0) {
         perror("redir: accept");
         return 1;
     }

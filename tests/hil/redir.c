@@ -17,15 +17,22 @@
 
 enum { TYPE_DEVICE = 1, TYPE_CONFIG = 2, TYPE_STRING = 3, TYPE_INTERFACE = 4, TYPE_ENDPOINT = 5 };
 
-static struct {
-    const struct redir_device *device;
+/* A port of the guest's controller; of each call of the library, `priv`. */
+struct port {
     struct usbredirparser *parser;
     int fd;
-    bool greeted, in;
+    bool greeted;
+};
+
+static struct {
+    const struct redir_device *device;
+    struct port ports[REDIR_N_PORTS];
+    struct port *in, *last;        /* where the device is plugged, or NULL; and was before */
+    uint64_t left;                 /* bytes until it is unplugged; UINT64_MAX: never */
     uint64_t waiting[MAX_WAITING]; /* ids of bulk IN requests, the oldest first */
     unsigned n_waiting;
     bool iso_runs;
-} bus;
+} bus = {.last = bus.ports, .left = UINT64_MAX};
 
 /* ---- what the library asks for ------------------------------------------------------------ */
 
@@ -38,9 +45,9 @@ static void on_log(void *priv, int level, const char *text)
 
 static int on_read(void *priv, uint8_t *data, int count)
 {
-    ssize_t n = read(bus.fd, data, (size_t)count);
+    const struct port *port = priv;
+    ssize_t n = read(port->fd, data, (size_t)count);
 
-    (void)priv;
     if (n < 0)
         return errno == EAGAIN ? 0 : -1;
     return n == 0 ? -1 : (int)n;
@@ -48,9 +55,9 @@ static int on_read(void *priv, uint8_t *data, int count)
 
 static int on_write(void *priv, uint8_t *data, int count)
 {
-    ssize_t n = write(bus.fd, data, (size_t)count);
+    const struct port *port = priv;
+    ssize_t n = write(port->fd, data, (size_t)count);
 
-    (void)priv;
     if (n < 0)
         return errno == EAGAIN ? 0 : -1;
     return (int)n;
@@ -58,9 +65,10 @@ static int on_write(void *priv, uint8_t *data, int count)
 
 static void on_hello(void *priv, struct usb_redir_hello_header *hello)
 {
-    (void)priv;
+    struct port *port = priv;
+
     fprintf(stderr, "redir: peer %.64s\n", hello->version);
-    bus.greeted = true;
+    port->greeted = true;
 }
 
 static void on_nothing(void *priv)
@@ -104,11 +112,11 @@ static void send_facts(const struct redir_device *d)
             endpoints.max_packet_size[SLOT(p[2])] = u16_at(p + 4);
         }
     }
-    usbredirparser_send_interface_info(bus.parser, &interfaces);
-    usbredirparser_send_ep_info(bus.parser, &endpoints);
+    usbredirparser_send_interface_info(bus.in->parser, &interfaces);
+    usbredirparser_send_ep_info(bus.in->parser, &endpoints);
 }
 
-void redir_plug(void)
+void redir_plug(bool elsewhere)
 {
     const uint8_t *d = bus.device->device;
     struct usb_redir_device_connect_header connect = {
@@ -121,11 +129,15 @@ void redir_plug(void)
         .device_version_bcd = u16_at(d + 12),
     };
 
-    if (bus.in || !bus.greeted)
+    if (bus.in)
         return;
+    if (elsewhere)
+        bus.last = bus.ports + (bus.last - bus.ports + 1) % REDIR_N_PORTS;
+    if (!bus.last->greeted)
+        return;
+    bus.in = bus.last;
     send_facts(bus.device);
-    usbredirparser_send_device_connect(bus.parser, &connect);
-    bus.in = true;
+    usbredirparser_send_device_connect(bus.in->parser, &connect);
     bus.n_waiting = 0;
     bus.iso_runs = false;
     bus.device->plugged(true);
@@ -135,11 +147,36 @@ void redir_unplug(void)
 {
     if (!bus.in)
         return;
-    usbredirparser_send_device_disconnect(bus.parser);
-    bus.in = false;
+    usbredirparser_send_device_disconnect(bus.in->parser);
+    bus.in = NULL;
+    bus.left = UINT64_MAX;
     bus.n_waiting = 0;
     bus.iso_runs = false;
     bus.device->plugged(false);
+}
+
+void redir_unplug_after(uint64_t n_bytes)
+{
+    bus.left = n_bytes;
+}
+
+/* How many of `len` bytes still go out; *status tells when that is not all of them. */
+static size_t spend(size_t len, uint8_t *status)
+{
+    if (bus.left == UINT64_MAX)
+        return len;
+    if (bus.left < len) {
+        *status = usb_redir_ioerror;
+        len = (size_t)bus.left;
+    }
+    bus.left -= len;
+    return len;
+}
+
+static void unplug_when_spent(void)
+{
+    if (bus.left == 0)
+        redir_unplug();
 }
 
 /* ---- requests ------------------------------------------------------------------------------- */
@@ -210,71 +247,74 @@ static void on_control(void *priv, uint64_t id, struct usb_redir_control_packet_
         .length = header->length,
     };
     const uint8_t *bytes = data;
+    struct port *port = priv;
     int len;
 
-    (void)priv;
     if (!(setup.type & 0x80))
         setup.length = (uint16_t)data_len;
-    len = answer(&setup, &bytes);
+    len = port == bus.in ? answer(&setup, &bytes) : -1;
     header->status = len < 0 ? usb_redir_stall : usb_redir_success;
     if (setup.type & 0x80) {
         if (len < 0)
             len = 0;
         if (len > header->length)
             len = header->length;
+        len = (int)spend((size_t)len, &header->status);
         header->length = (uint16_t)len;
         /* the library does not write to it */
-        usbredirparser_send_control_packet(bus.parser, id, header,
+        usbredirparser_send_control_packet(port->parser, id, header,
                                            len ? (uint8_t *)(uintptr_t)bytes : NULL, len);
     } else {
-        usbredirparser_send_control_packet(bus.parser, id, header, NULL, 0);
+        usbredirparser_send_control_packet(port->parser, id, header, NULL, 0);
     }
     if (data)
-        usbredirparser_free_packet_data(bus.parser, data);
+        usbredirparser_free_packet_data(port->parser, data);
+    unplug_when_spent();
 }
 
 static void on_set_configuration(void *priv, uint64_t id,
                                  struct usb_redir_set_configuration_header *set)
 {
+    const struct port *port = priv;
     struct usb_redir_configuration_status_header status = {.status = usb_redir_success,
                                                            .configuration = set->configuration};
 
-    (void)priv;
-    usbredirparser_send_configuration_status(bus.parser, id, &status);
+    usbredirparser_send_configuration_status(port->parser, id, &status);
 }
 
 static void on_get_configuration(void *priv, uint64_t id)
 {
+    const struct port *port = priv;
     struct usb_redir_configuration_status_header status = {.status = usb_redir_success,
                                                            .configuration = 1};
 
-    (void)priv;
-    usbredirparser_send_configuration_status(bus.parser, id, &status);
+    usbredirparser_send_configuration_status(port->parser, id, &status);
 }
 
 static void on_set_alt_setting(void *priv, uint64_t id,
                                struct usb_redir_set_alt_setting_header *set)
 {
+    const struct port *port = priv;
     struct usb_redir_alt_setting_status_header status = {
         .status = usb_redir_success, .interface = set->interface, .alt = set->alt};
 
-    (void)priv;
-    usbredirparser_send_alt_setting_status(bus.parser, id, &status);
+    usbredirparser_send_alt_setting_status(port->parser, id, &status);
 }
 
 static void on_bulk(void *priv, uint64_t id, struct usb_redir_bulk_packet_header *header,
                     uint8_t *data, int data_len)
 {
-    (void)priv, (void)data_len;
-    if (header->endpoint == bus.device->endpoint && bus.n_waiting < MAX_WAITING) {
+    const struct port *port = priv;
+    (void)data_len;
+    if (port == bus.in && header->endpoint == bus.device->endpoint && bus.n_waiting < MAX_WAITING) {
         bus.waiting[bus.n_waiting++] = id;
     } else {
         header->status = usb_redir_stall;
         header->length = header->length_high = 0;
-        usbredirparser_send_bulk_packet(bus.parser, id, header, NULL, 0);
+        usbredirparser_send_bulk_packet(port->parser, id, header, NULL, 0);
     }
     if (data)
-        usbredirparser_free_packet_data(bus.parser, data);
+        usbredirparser_free_packet_data(port->parser, data);
 }
 
 static void take_out(unsigned at)
@@ -285,15 +325,15 @@ static void take_out(unsigned at)
 
 static void on_cancel(void *priv, uint64_t id)
 {
+    const struct port *port = priv;
     struct usb_redir_bulk_packet_header header = {.endpoint = bus.device->endpoint,
                                                   .status = usb_redir_cancelled};
 
-    (void)priv;
     for (unsigned i = 0; i < bus.n_waiting; i++) {
         if (bus.waiting[i] != id)
             continue;
         take_out(i);
-        usbredirparser_send_bulk_packet(bus.parser, id, &header, NULL, 0);
+        usbredirparser_send_bulk_packet(port->parser, id, &header, NULL, 0);
         return;
     }
 }
@@ -305,41 +345,43 @@ unsigned redir_n_waiting(void)
 
 void redir_bulk_in(const uint8_t *bytes, size_t len)
 {
-    struct usb_redir_bulk_packet_header header = {
-        .endpoint = bus.device->endpoint,
-        .status = usb_redir_success,
-        .length = (uint16_t)(len & 0xffff),
-        .length_high = (uint16_t)(len >> 16),
-    };
+    struct usb_redir_bulk_packet_header header = {.endpoint = bus.device->endpoint,
+                                                  .status = usb_redir_success};
     uint64_t id = bus.waiting[0];
 
+    len = spend(len, &header.status);
+    header.length = (uint16_t)(len & 0xffff);
+    header.length_high = (uint16_t)(len >> 16);
     take_out(0);
-    usbredirparser_send_bulk_packet(bus.parser, id, &header, (uint8_t *)(uintptr_t)bytes, (int)len);
+    usbredirparser_send_bulk_packet(bus.in->parser, id, &header, (uint8_t *)(uintptr_t)bytes,
+                                    (int)len);
+    unplug_when_spent();
 }
 
 /* ---- isochronous ------------------------------------------------------------------------------
  */
 
-static void tell_iso(uint8_t endpoint)
+static void tell_iso(const struct port *port, uint8_t endpoint)
 {
     struct usb_redir_iso_stream_status_header status = {.status = usb_redir_success,
                                                         .endpoint = endpoint};
 
-    usbredirparser_send_iso_stream_status(bus.parser, 0, &status);
+    usbredirparser_send_iso_stream_status(port->parser, 0, &status);
 }
 
 static void on_start_iso(void *priv, uint64_t id, struct usb_redir_start_iso_stream_header *start)
 {
-    (void)priv, (void)id;
-    bus.iso_runs = start->endpoint == bus.device->endpoint;
-    tell_iso(start->endpoint);
+    (void)id;
+    bus.iso_runs = priv == bus.in && start->endpoint == bus.device->endpoint;
+    tell_iso(priv, start->endpoint);
 }
 
 static void on_stop_iso(void *priv, uint64_t id, struct usb_redir_stop_iso_stream_header *stop)
 {
-    (void)priv, (void)id;
-    bus.iso_runs = false;
-    tell_iso(stop->endpoint);
+    (void)id;
+    if (priv == bus.in)
+        bus.iso_runs = false;
+    tell_iso(priv, stop->endpoint);
 }
 
 bool redir_iso_runs(void)
@@ -349,16 +391,22 @@ bool redir_iso_runs(void)
 
 void redir_iso_in(const uint8_t *bytes, size_t len)
 {
-    struct usb_redir_iso_packet_header header = {
-        .endpoint = bus.device->endpoint, .status = usb_redir_success, .length = (uint16_t)len};
+    struct usb_redir_iso_packet_header header = {.endpoint = bus.device->endpoint,
+                                                 .status = usb_redir_success};
 
-    usbredirparser_send_iso_packet(bus.parser, 0, &header, (uint8_t *)(uintptr_t)bytes, (int)len);
+    if (!bus.iso_runs)
+        return;
+    len = spend(len, &header.status);
+    header.length = (uint16_t)len;
+    usbredirparser_send_iso_packet(bus.in->parser, 0, &header, (uint8_t *)(uintptr_t)bytes,
+                                   (int)len);
+    unplug_when_spent();
 }
 
 /* ---- the connection ---------------------------------------------------------------------------
  */
 
-static struct usbredirparser *parser_new(void)
+static struct usbredirparser *parser_new(struct port *port)
 {
     static const int mine[] = {usb_redir_cap_connect_device_version,
                                usb_redir_cap_ep_info_max_packet_size, usb_redir_cap_64bits_ids,
@@ -370,6 +418,7 @@ static struct usbredirparser *parser_new(void)
 
     if (!p)
         return NULL;
+    p->priv = port;
     p->log_func = on_log;
     p->read_func = on_read;
     p->write_func = on_write;
@@ -390,34 +439,42 @@ static struct usbredirparser *parser_new(void)
     return p;
 }
 
-int redir_begin(const struct redir_device *device, int fd)
+int redir_begin(const struct redir_device *device, const int fd[REDIR_N_PORTS])
 {
     bus.device = device;
-    bus.fd = fd;
-    bus.parser = parser_new();
-    return bus.parser ? 0 : -ENOMEM;
+    for (unsigned k = 0; k < REDIR_N_PORTS; k++) {
+        bus.ports[k].fd = fd[k];
+        bus.ports[k].parser = parser_new(bus.ports + k);
+        if (!bus.ports[k].parser)
+            return -ENOMEM;
+    }
+    return 0;
 }
 
 void redir_end(void)
 {
-    usbredirparser_destroy(bus.parser);
+    for (unsigned k = 0; k < REDIR_N_PORTS; k++)
+        usbredirparser_destroy(bus.ports[k].parser);
 }
 
-bool redir_is_in(void)
+unsigned redir_where(void)
 {
-    return bus.in;
+    return bus.in ? (unsigned)(bus.in - bus.ports) + 1 : 0;
 }
 
-short redir_events(void)
+short redir_events(unsigned port)
 {
-    return (short)(POLLIN | (usbredirparser_has_data_to_write(bus.parser) > 0 ? POLLOUT : 0));
+    return (short)(POLLIN |
+                   (usbredirparser_has_data_to_write(bus.ports[port].parser) > 0 ? POLLOUT : 0));
 }
 
-int redir_dispatch(short revents)
+int redir_dispatch(unsigned port, short revents)
 {
-    if (revents & (POLLIN | POLLHUP) && usbredirparser_do_read(bus.parser) == -1)
+    struct usbredirparser *parser = bus.ports[port].parser;
+
+    if (revents & (POLLIN | POLLHUP) && usbredirparser_do_read(parser) == -1)
         return -1;
-    if (usbredirparser_has_data_to_write(bus.parser) && usbredirparser_do_write(bus.parser) < 0)
+    if (usbredirparser_has_data_to_write(parser) && usbredirparser_do_write(parser) < 0)
         return -1;
     return 0;
 }

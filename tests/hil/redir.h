@@ -31,15 +31,15 @@ struct redir_device {
     int (*pump)(void);
     /* The device has come, or has gone and holds no request any more. */
     void (*plugged)(bool in);
-    /* An order by the other socket that is neither "plug" nor "unplug"; the answer into text, no
-     * newline. */
+    /* An order by the other socket that is none of orders.c; the answer into text, no newline. */
     void (*order)(const char *line, char *text, size_t text_len);
 };
 
 /*
  * Listens at both paths, says so by a line on file descriptor 3 when that is open, serves one QEMU
- * until it goes away. The device is unplugged until it is ordered to be plugged. Orders and their
- * answers are lines. Returns the program's exit status.
+ * until it goes away: it connects twice to `path`, for two ports of its controller. The device is
+ * in none until it is ordered to be plugged. Orders and their answers are lines. Returns the
+ * program's exit status.
  */
 int redir_serve(const struct redir_device *device, const char *path, const char *orders_path);
 
@@ -51,8 +51,11 @@ void redir_bulk_in(const uint8_t *bytes, size_t len);
  * 900 at most: more are lost. */
 bool redir_iso_runs(void);
 void redir_iso_in(const uint8_t *bytes, size_t len);
-/* Orders of the device itself. */
-void redir_plug(void);
+/* Orders of the device itself; elsewhere: in the other port than before. */
+void redir_plug(bool elsewhere);
 void redir_unplug(void);
+/* Unplugs when so many bytes of its answers and data have gone out, from now or from the next plug
+ * on; the transfer that is cut has failed, with what came of it. */
+void redir_unplug_after(uint64_t n_bytes);
 
 #endif

@@ -5,12 +5,15 @@
 
 #include "tests/hil/redir.h"
 
-/* `fd`: connected to QEMU, not blocking. 0, or -ENOMEM. */
-int redir_begin(const struct redir_device *device, int fd);
+#define REDIR_N_PORTS 2
+
+/* `fd`: connected to QEMU, not blocking, one for each port. 0, or -ENOMEM. */
+int redir_begin(const struct redir_device *device, const int fd[REDIR_N_PORTS]);
 void redir_end(void);
-bool redir_is_in(void);
-/* What to poll for, and what to do then; -1: QEMU has gone away. */
-short redir_events(void);
-int redir_dispatch(short revents);
+/* The port that the device is in, from 1 on; 0: in none. */
+unsigned redir_where(void);
+/* What to poll a port's connection for, and what to do then; -1: QEMU has gone away. */
+short redir_events(unsigned port);
+int redir_dispatch(unsigned port, short revents);
 
 #endif

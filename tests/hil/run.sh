@@ -24,7 +24,8 @@ what="hil_tests=$(echo "$*" | tr ' ' ,) ${HIL_ARGS:-}"
 results=stdio
 if [ "${1:-}" = --shell ]; then what=hil_shell results=mon:stdio; fi
 
-# camera NAME PROGRAM: listens at $run/NAME before it returns
+# camera NAME PROGRAM PORT: listens at $run/NAME before it returns; can be plugged into the controller's ports PORT and the
+# next
 devices=
 camera() {
   mkfifo "$run/ready"
@@ -32,7 +33,8 @@ camera() {
   pids="$pids $!"
   read -r _ <"$run/ready" || { cat "$hil/$1.log" >&2; exit 1; }
   rm "$run/ready"
-  devices="$devices -chardev socket,id=$1,path=$run/$1 -device usb-redir,chardev=$1,bus=usb.0
+  devices="$devices -chardev socket,id=$1,path=$run/$1 -device usb-redir,chardev=$1,bus=usb.0,port=$3
+    -chardev socket,id=$1-other,path=$run/$1 -device usb-redir,chardev=$1-other,bus=usb.0,port=$(($3 + 1))
     -chardev socket,id=$1-orders,path=$run/$1.orders -serial chardev:$1-orders"
 }
 
@@ -45,8 +47,8 @@ guest() {
 }
 
 devices="-device qemu-xhci,id=usb"
-camera camera redir_uvc
-camera kinect redir_kinect
+camera camera redir_uvc 1
+camera kinect redir_kinect 3
 
 if [ "$what" = hil_shell ]; then guest; exit; fi
 guest </dev/null | tee "$hil/results.log"

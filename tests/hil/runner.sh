@@ -1,7 +1,8 @@
 #!/bin/sh
 # In the guest: runs the tests tests/hil/guest/*.sh, or those named, one after the other; a line for each on
 # standard output, "N passed, N failed" at the end; all that they wrote goes to the console.
-# A test is a script; exit 0 passed, 77 skipped, anything else failed. `# limit: N` in it: seconds, else 30.
+# A test is a script; exit 0 passed, 77 skipped, anything else failed. `# limit: N` in it: seconds, else 30;
+# hil_limit=N on the kernel's command line: for all.
 # What a test leaves running is killed after it.
 set -u
 export B=/
@@ -23,7 +24,8 @@ kill_session() {
 
 run() {
   name=$(basename "$1" .sh)
-  limit=$(sed -n 's/^# limit: //p' "$1")
+  limit=$(sed -n 's/.*\bhil_limit=\([0-9]*\).*/\1/p' /proc/cmdline)
+  [ -n "$limit" ] || limit=$(sed -n 's/^# limit: //p' "$1")
   setsid timeout -s KILL "${limit:-30}" sh "$1" >"$log/$name" 2>&1 </dev/null &
   session=$!
   wait $session

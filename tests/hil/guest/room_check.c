@@ -1,10 +1,12 @@
 /*
  * room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1: a subscriber of a scanner that stands in a box-shaped
- * room. In each of N whole frames there must be vertices, and each must lie on a wall: all within
- * FAR_M, and on average within NEAR_M (the stage turns while clocks differ by milliseconds).
+ * room. In each of N whole frames each of the six walls must have vertices, and each vertex must
+ * lie on a wall: all within FAR_M, and on average within NEAR_M (the stage turns while clocks
+ * differ by milliseconds).
  */
 #include "client/dexel.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -16,6 +18,7 @@
 #define FAR_M      0.1
 #define NEAR_M     0.02
 #define LEAST      1000 /* vertices of a frame */
+#define LEAST_WALL 30   /* vertices of a wall */
 
 struct place {
     float xyz[3];
@@ -66,37 +69,46 @@ static int on_tile(void *user, const struct dexel_tile *t)
     return 0;
 }
 
-/* From a point to the nearest wall. */
-static double off_wall(const float p[3])
+/* From a point to the nearest wall, which gets one more. */
+static double off_wall(const float p[3], unsigned n_of[6])
 {
     double best = INFINITY;
+    int wall = 0;
 
-    for (int k = 0; k < 6; k++)
-        best = fmin(best, fabs(p[k % 3] - check.room[k]));
+    for (int k = 0; k < 6; k++) {
+        double off = fabs(p[k % 3] - check.room[k]);
+
+        wall = off < best ? k : wall;
+        best = fmin(best, off);
+    }
+    n_of[wall]++;
     return best;
 }
 
 static int on_commit(void *user, const struct dexel_commit *c)
 {
     double sum = 0, worst = 0;
-    unsigned n = 0;
+    unsigned n = 0, n_of[6] = {0}, least = UINT_MAX;
 
     (void)user;
     if (c->partial)
         return 0;
     for (size_t i = 0; i < (size_t)check.width * check.height; i++) {
-        double off = check.place[i].held ? off_wall(check.place[i].xyz) : 0;
+        double off = check.place[i].held ? off_wall(check.place[i].xyz, n_of) : 0;
 
         n += check.place[i].held != 0;
         sum += off;
         worst = fmax(worst, off);
     }
-    printf("frame %llu: %u vertices, %.4f m off the walls on average, %.4f m at most\n",
-           (unsigned long long)c->frame, n, sum / n, worst);
+    for (int k = 0; k < 6; k++)
+        least = n_of[k] < least ? n_of[k] : least;
+    printf("frame %llu: %u vertices, %u or more on a wall, %.4f m off on average, %.4f m at most\n",
+           (unsigned long long)c->frame, n, least, sum / n, worst);
     if (c->frame == 0)
         return 0; /* it began anywhere */
-    if (n < LEAST || worst > FAR_M || sum / n > NEAR_M)
-        die("expected %u vertices, %g m on average, %g m at most", LEAST, NEAR_M, FAR_M);
+    if (n < LEAST || least < LEAST_WALL || worst > FAR_M || sum / n > NEAR_M)
+        die("expected %u vertices, %u on a wall, %g m on average, %g m at most", LEAST, LEAST_WALL,
+            NEAR_M, FAR_M);
     return ++check.n_frames == check.n_wanted ? DONE : 0;
 }
 
