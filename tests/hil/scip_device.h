@@ -10,6 +10,7 @@
 #include "drivers/hokuyo/scip_code.h"
 #include "tests/hil/scip_models.h"
 #include "tests/hil/scip_room.h"
+#include "tests/hil/scip_track.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -26,8 +27,9 @@ struct scip_sim {
     struct scip_model model;
     struct scip_faults faults;
     struct scip_pose pose;
-    double room[6]; /* low x, y, z, high x, y, z; metres */
-    double skew;    /* device clock: host * (1 + skew) + offset */
+    const struct scip_track *track; /* where its stage is; NULL: by the pose's speed */
+    double room[6];                 /* low x, y, z, high x, y, z; metres */
+    double skew;                    /* device clock: host * (1 + skew) + offset */
     int64_t offset_ms;
     uint64_t boot_ns, transfer_ns;
 
@@ -51,6 +53,11 @@ struct scip_sim {
     uint8_t out[SCIP_SIM_OUT];
     size_t out_len;
 };
+
+static inline double scip_sim_psi(const struct scip_sim *s, uint64_t host_ns)
+{
+    return s->track ? scip_track_stage(s->track, host_ns) : scip_sim_stage(&s->pose, host_ns);
+}
 
 /* Metres along the beam at the scanner's angle, when the stage is at psi. */
 static inline double scip_sim_range(const struct scip_sim *s, double angle, double psi)
@@ -135,7 +142,7 @@ static inline void scip_sim_value(const struct scip_sim *s, uint8_t *out, size_t
 {
     double angle = ((double)step - s->model.afrt) * 2 * DX_PI / s->model.ares;
     uint64_t t = host_ns + (uint64_t)(step * scip_sim_period_ns(s) / s->model.ares);
-    uint32_t mm = (uint32_t)rint(scip_sim_range(s, angle, scip_sim_stage(&s->pose, t)) * 1000);
+    uint32_t mm = (uint32_t)rint(scip_sim_range(s, angle, scip_sim_psi(s, t)) * 1000);
     bool echoes = s->command[0] == 'N' || s->command[0] == 'H';
     bool strong = s->command[1] == 'E';
     size_t chars = s->command[1] == 'S' ? 2 : 3;

@@ -6,7 +6,8 @@
  *            [--offset X,Y,Z] [--angles ROLL,PITCH,YAW] [faults, see below]
  *
  * LINK becomes a link to the pty's other end. PORT 0 takes a free one; the port is printed. Prints
- * a line when it is ready. Stage and clock follow CLOCK_MONOTONIC, as those of dexeld do.
+ * a line when it is ready. Stage and clock follow CLOCK_MONOTONIC, as those of dexeld do; with
+ * --track FILE the stage is where another program says (scip_track.h).
  */
 #include "tests/hil/scip_device.h"
 
@@ -69,6 +70,7 @@ enum option_code {
     OFFSET,
     ANGLES,
     ROOM,
+    TRACK,
     SKEW,
     CLOCK,
     SPLIT,
@@ -97,7 +99,8 @@ static const struct option options[] = {
     {"cw", no_argument, NULL, CW},
     {"offset", required_argument, NULL, OFFSET},
     {"angles", required_argument, NULL, ANGLES},
-    {"room", required_argument, NULL, ROOM},         /* X0,Y0,Z0,X1,Y1,Z1 metres */
+    {"room", required_argument, NULL, ROOM}, /* X0,Y0,Z0,X1,Y1,Z1 metres */
+    {"track", required_argument, NULL, TRACK},
     {"skew", required_argument, NULL, SKEW},         /* parts in a million */
     {"clock", required_argument, NULL, CLOCK},       /* the device's ms at the start */
     {"split", required_argument, NULL, SPLIT},       /* bytes to a write */
@@ -233,6 +236,11 @@ static int take_options(int argc, char **argv)
             break;
         case ROOM:
             read_list(sim.room, 6, optarg);
+            break;
+        case TRACK:
+            sim.track = scip_track_map(optarg, O_RDONLY);
+            if (!sim.track)
+                fail(optarg);
             break;
         case SKEW:
             sim.skew = atof(optarg) * 1e-6;

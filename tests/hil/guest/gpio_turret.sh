@@ -5,11 +5,11 @@ set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh
 
-rpm=3
 load_gpio_sim
-gpio_turn "$lines" $rpm 400 &
+gpio_turn "$lines" 3 400 "$run/track" &
 turning=$!
-scip_scanner --rpm $rpm
+await 5 test -s "$run/track"
+scip_scanner --track "$run/track"
 cat >"$run/dexeld.yaml" <<EOF
 socket: $run/mesh.sock
 control_socket: $run/control.sock
@@ -19,7 +19,7 @@ streams:
       tty: $run/scip
       stage:
         encoder: {a: "$chip:0", b: "$chip:1", z: encoder-index, counts: 400}
-        columns: 400
+        columns: 90
         sweep: half
         exact: yes
     gpio:

@@ -8,6 +8,7 @@ set -eu
 
 modprobe xhci-pci
 depth_stream kinect 640x480 'serial: A00HIL0000000001' 'fy: 640'
+small_pages
 start_dexeld -c "$run/dexeld.yaml"
 kinect plug
 whole() { depth_expect "$1" expected/kinect.pixels; }

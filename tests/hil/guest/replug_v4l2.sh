@@ -7,6 +7,7 @@ set -eu
 
 load_camera
 depth_stream v4l2 640x480 'format: auto' 'size: 640x480' 'serial: HIL0001'
+small_pages
 start_dexeld -c "$run/dexeld.yaml"
 replug camera $((2 * 640 * 480 * 2)) depth_expect
 stop_dexeld

@@ -6,12 +6,12 @@ set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh
 
-rpm=3
 load_gpio_sim
-gpio_turn "$lines" $rpm 400 &
+gpio_turn "$lines" 3 400 "$run/track" &
 turning=$!
 load_scip_gadget
-scip_scanner --rpm $rpm
+await 5 test -s "$run/track"
+scip_scanner --track "$run/track"
 plug_scip
 await 10 test -c /dev/ttyACM0
 cat >"$run/dexeld.yaml" <<YAML
@@ -22,7 +22,7 @@ streams:
     hokuyo:
       stage:
         encoder: {a: "$chip:0", b: "$chip:1", z: encoder-index, counts: 400}
-        columns: 400
+        columns: 90
         sweep: half
         exact: yes
 YAML
