@@ -52,6 +52,7 @@ int dx_v4l2_stream_start(struct dx_v4l2_stream *s, struct dx_err *err)
     s->on = r == 0;
     s->gone |= r == DX_DRIVER_E_GONE;
     s->held = -1;
+    s->n_early = 0;
     s->counts = false;
     s->poll_failed = false;
     return r;
@@ -63,6 +64,7 @@ void dx_v4l2_stream_stop(struct dx_v4l2_stream *s)
         (void)dx_v4l2_capture_off(&s->capture, NULL);
     s->on = false;
     s->held = -1;
+    s->n_early = 0;
 }
 
 void dx_v4l2_stream_wake(struct dx_v4l2_stream *s)
@@ -177,15 +179,41 @@ static enum dx_clock clock_of(const struct dx_v4l2_filled *f, uint64_t now)
     return f->stamp_ns > now + NS_PER_HOUR ? DX_CLOCK_REALTIME : DX_CLOCK_MONOTONIC;
 }
 
-static int take_frame(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+/* The one whose turn it would have been is counted as lost already. Only as many can be late as
+ * there are buffers: a camera may begin to count anew. */
+static bool is_late(const struct dx_v4l2_stream *s, uint32_t sequence)
 {
-    struct dx_v4l2_filled f;
-    int r = dx_v4l2_capture_dequeue(&s->capture, &f, err);
-    uint64_t now = dx_pace_now();
+    return s->counts && s->next_sequence - sequence - 1 < s->capture.n_buffers;
+}
 
-    if (r)
-        return dequeue_failed(s, r, err);
-    s->poll_failed = false;
+/* The first of the early ones: nothing is missing before it, or is waited for any more. */
+static bool is_due(const struct dx_v4l2_stream *s)
+{
+    return s->n_early &&
+           (!s->counts || s->early[0].sequence == s->next_sequence ||
+            s->n_early == DX_V4L2_MAX_EARLY || s->n_early >= s->capture.n_buffers / 2 ||
+            dx_pace_now() >= s->early_until_ns);
+}
+
+static void put_in_order(struct dx_v4l2_stream *s, const struct dx_v4l2_filled *f)
+{
+    unsigned k = s->n_early++;
+
+    if (k == 0)
+        s->early_until_ns = dx_pace_now() + DX_V4L2_EARLY_NS;
+    for (; k > 0 && s->early[k - 1].sequence - f->sequence < UINT32_MAX / 2; k--)
+        s->early[k] = s->early[k - 1];
+    s->early[k] = *f;
+}
+
+static int take_first(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+{
+    struct dx_v4l2_filled f = s->early[0];
+    uint64_t now = dx_pace_now();
+    int r;
+
+    s->n_early--;
+    memmove(s->early, s->early + 1, s->n_early * sizeof(s->early[0]));
     count_lost(s, f.sequence);
     if (!is_whole(&s->capture, &f)) {
         s->n_damaged++;
@@ -205,6 +233,22 @@ static int take_frame(struct dx_v4l2_stream *s, struct dx_block *block, struct d
     return 0;
 }
 
+static int take_frame(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
+{
+    struct dx_v4l2_filled f;
+    int r = dx_v4l2_capture_dequeue(&s->capture, &f, err);
+
+    if (r)
+        return dequeue_failed(s, r, err);
+    s->poll_failed = false;
+    if (is_late(s, f.sequence)) {
+        r = dx_v4l2_capture_queue(&s->capture, f.index, err);
+        return r ? r : DX_DRIVER_E_AGAIN;
+    }
+    put_in_order(s, &f);
+    return is_due(s) ? take_first(s, block, err) : DX_DRIVER_E_AGAIN;
+}
+
 /* 0, AGAIN (woken, or nothing in time), or negative. */
 static int wait_for(struct dx_v4l2_stream *s, short *events, struct dx_err *err)
 {
@@ -213,7 +257,7 @@ static int wait_for(struct dx_v4l2_stream *s, short *events, struct dx_err *err)
         {.fd = s->wake_fd, .events = POLLIN},
     };
     uint64_t count;
-    int n = poll(fd, 2, WAIT_MS);
+    int n = poll(fd, 2, s->n_early ? (int)(DX_V4L2_EARLY_NS / 1000000) : WAIT_MS);
 
     if (n < 0 && errno != EINTR)
         return dx_err_set(err, -errno, "%s: poll: %s", s->capture.node, strerror(errno));
@@ -235,8 +279,11 @@ static int read_or_fail(struct dx_v4l2_stream *s, struct dx_block *block, struct
     if (s->held >= 0)
         r = dx_v4l2_capture_queue(&s->capture, (unsigned)s->held, err);
     s->held = -1;
-    if (r == 0)
-        r = wait_for(s, &events, err);
+    if (r)
+        return r;
+    if (is_due(s))
+        return take_first(s, block, err);
+    r = wait_for(s, &events, err);
     if (r)
         return r;
     if (events & POLLHUP)

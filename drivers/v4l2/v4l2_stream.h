@@ -9,6 +9,8 @@
 
 #define DX_V4L2_MAX_FAILURES 3 /* in so long: the camera is opened anew */
 #define DX_V4L2_FAILURES_NS  10000000000u
+#define DX_V4L2_MAX_EARLY    4        /* frames that wait for one made before them */
+#define DX_V4L2_EARLY_NS     20000000 /* so long */
 
 struct dx_v4l2_stream {
     struct dx_v4l2_capture capture;
@@ -18,7 +20,12 @@ struct dx_v4l2_stream {
     bool gone; /* unplugged */
     int held;  /* the buffer that the reader has; -1: none */
     bool counts;
-    uint32_t next_sequence;                    /* expected, where it `counts` */
+    uint32_t next_sequence; /* expected, where it `counts` */
+    /* Dequeued, by their sequences: uvcvideo can give frames out of order on a busy machine, for it
+     * fills buffers by several workers. */
+    struct dx_v4l2_filled early[DX_V4L2_MAX_EARLY];
+    unsigned n_early;
+    uint64_t early_until_ns;                   /* then they are waited for no more */
     bool poll_failed;                          /* the last wait told of an error alone */
     uint64_t failure_ns[DX_V4L2_MAX_FAILURES]; /* newest last */
     uint64_t n_blocks, n_lost, n_damaged, n_restarts;

@@ -1,11 +1,12 @@
 /*
- * redir_uvc SOCKET ORDERS: a UVC 1.1 depth camera (Z16, 640x480, 30 frames a second, bulk) for
- * QEMU's usb-redir; the guest's uvcvideo makes a /dev/video of it. Shows depth_pattern(). Like a
- * camera it leaves a frame out when nobody fetches in time.
+ * redir_uvc SOCKET ORDERS: a UVC 1.1 depth camera (Z16, 640x480 or 320x240, 30 frames a second,
+ * bulk) for QEMU's usb-redir; the guest's uvcvideo makes a /dev/video of it. Shows depth_pattern().
+ * Like a camera it leaves a frame out when nobody fetches in time.
  *
  * Orders beside plug and unplug:
  *   count        answers "sent N missed N" since it was plugged
  *   fps N        frames a second from now on
+ *   memory N     frames that it keeps until they are fetched; 1 when it is plugged
  *   cut          ends the next frame in the middle
  *   bad          marks the next frame as damaged, in its header
  *   unplug-in    unplugs in the middle of the next frame
@@ -20,8 +21,9 @@
 
 #define WIDTH       640
 #define HEIGHT      480
-#define FRAME_LEN   (WIDTH * HEIGHT * 2)
-#define PAYLOAD_LEN 16384 /* with its header; what uvcvideo fetches at once */
+#define N_SIZES     2                    /* each half as wide and high as the one before */
+#define FRAME_LEN   (WIDTH * HEIGHT * 2) /* of the largest */
+#define PAYLOAD_LEN 16384                /* with its header; what uvcvideo fetches at once */
 #define HEADER_LEN  2
 #define CLOCK_HZ    48000000
 #define INTERVAL    333333 /* of 100 ns */
@@ -61,7 +63,7 @@ static const uint8_t device[18] = {
 static const char *const strings[] = {"dexeld", "Simulated depth camera", "HIL0001", NULL};
 
 #define VC_LEN     (13 + 18 + 9)
-#define VS_LEN     (14 + 27 + 30)
+#define VS_LEN     (14 + 27 + N_SIZES * 30)
 #define CONFIG_LEN (9 + 8 + 9 + VC_LEN + 9 + VS_LEN + 7)
 /* clang-format off */
 static const uint8_t config[] = {
@@ -73,29 +75,34 @@ static const uint8_t config[] = {
     9, CS_INTERFACE, VC_OUTPUT_TERMINAL, 2, LE16(0x0101), 0, 1, 0,
     9, 4, 1, 0, 1, CLASS_VIDEO, 2, 0, 0,
     14, CS_INTERFACE, VS_INPUT_HEADER, 1, LE16(VS_LEN), 0x81, 0, 2, 0, 0, 0, 1, 0,
-    27, CS_INTERFACE, VS_FORMAT_UNCOMPRESSED, 1, 1,
+    27, CS_INTERFACE, VS_FORMAT_UNCOMPRESSED, 1, N_SIZES,
         'Z', '1', '6', ' ', 0, 0, 0x10, 0, 0x80, 0, 0, 0xaa, 0, 0x38, 0x9b, 0x71, 16, 1, 0, 0, 0, 0,
     30, CS_INTERFACE, VS_FRAME_UNCOMPRESSED, 1, 0, LE16(WIDTH), LE16(HEIGHT),
         LE32(FRAME_LEN * 8 * 30), LE32(FRAME_LEN * 8 * 30), LE32(FRAME_LEN), LE32(INTERVAL), 1, LE32(INTERVAL),
+    30, CS_INTERFACE, VS_FRAME_UNCOMPRESSED, 2, 0, LE16(WIDTH / 2), LE16(HEIGHT / 2),
+        LE32(FRAME_LEN * 2 * 30), LE32(FRAME_LEN * 2 * 30), LE32(FRAME_LEN / 4), LE32(INTERVAL), 1, LE32(INTERVAL),
     7, 5, 0x81, 2, LE16(512), 0,
 };
 /* bmHint, bFormatIndex, bFrameIndex, dwFrameInterval, five words of compression, dwMaxVideoFrameSize,
  * dwMaxPayloadTransferSize, dwClockFrequency, bmFramingInfo, three versions */
-static const uint8_t stream_control[34] = {
+static uint8_t stream_control[34] = {
     LE16(0), 1, 1, LE32(INTERVAL), LE16(0), LE16(0), LE16(0), LE16(0), LE16(0), LE32(FRAME_LEN),
     LE32(PAYLOAD_LEN), LE32(CLOCK_HZ), 0, 0, 0, 0,
 };
 /* clang-format on */
 _Static_assert(sizeof(config) == CONFIG_LEN, "lengths in the descriptors");
+enum { AT_FRAME_INDEX = 3, AT_MAX_FRAME = 18 }; /* in stream_control */
 
 static struct {
     uint64_t number; /* of the frame that is sent, or the next */
     size_t at;       /* bytes of it that are sent */
     uint64_t due_ns, period_ns;
+    uint64_t begun_ns; /* when the last one was begun to be sent */
+    unsigned memory;   /* frames */
     unsigned long n_sent, n_missed;
     bool cut, bad, unplug; /* ordered for the next frame */
     uint8_t picture[FRAME_LEN];
-} camera = {.period_ns = SECOND_NS / 30};
+} camera = {.period_ns = SECOND_NS / 30, .memory = 1};
 
 static uint64_t now_ns(void)
 {
@@ -103,6 +110,18 @@ static uint64_t now_ns(void)
 
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
+}
+
+static size_t frame_len(void)
+{
+    return FRAME_LEN >> 2 * (stream_control[AT_FRAME_INDEX] - 1);
+}
+
+static void choose_size(uint8_t number)
+{
+    stream_control[AT_FRAME_INDEX] = number;
+    for (int k = 0; k < 4; k++)
+        stream_control[AT_MAX_FRAME + k] = (uint8_t)(frame_len() >> 8 * k);
 }
 
 static int control(const struct redir_setup *setup, const uint8_t **bytes)
@@ -115,6 +134,8 @@ static int control(const struct redir_setup *setup, const uint8_t **bytes)
         return -1;
     switch (setup->request) {
     case SET_CUR:
+        if (setup->length > AT_FRAME_INDEX && (*bytes)[AT_FRAME_INDEX] - 1u < N_SIZES)
+            choose_size((*bytes)[AT_FRAME_INDEX]);
         if (selector == VS_COMMIT_CONTROL) { /* the stream begins */
             camera.at = 0;
             camera.due_ns = now_ns();
@@ -139,10 +160,11 @@ static int control(const struct redir_setup *setup, const uint8_t **bytes)
 
 static void draw(void)
 {
+    unsigned halved = stream_control[AT_FRAME_INDEX] - 1u;
     uint8_t *p = camera.picture;
 
-    for (uint32_t row = 0; row < HEIGHT; row++) {
-        for (uint32_t col = 0; col < WIDTH; col++) {
+    for (uint32_t row = 0; row < (uint32_t)HEIGHT >> halved; row++) {
+        for (uint32_t col = 0; col < (uint32_t)WIDTH >> halved; col++) {
             uint16_t v = depth_pattern(col, row, camera.number);
 
             *p++ = (uint8_t)v;
@@ -163,14 +185,14 @@ static void next_frame(void)
 static void send_payload(void)
 {
     static uint8_t payload[PAYLOAD_LEN];
-    size_t left = FRAME_LEN - camera.at, n = PAYLOAD_LEN - HEADER_LEN;
+    size_t left = frame_len() - camera.at, n = PAYLOAD_LEN - HEADER_LEN;
     bool last;
 
     if (camera.at == 0)
         draw();
     if (n > left)
         n = left;
-    last = n == left || (camera.cut && camera.at > FRAME_LEN / 2);
+    last = n == left || (camera.cut && camera.at > frame_len() / 2);
     payload[0] = HEADER_LEN;
     payload[1] = (uint8_t)(HEADER_END_OF_HEADER | (camera.n_sent & HEADER_FRAME_ID) |
                            (last ? HEADER_END_OF_FRAME : 0) | (camera.bad ? HEADER_ERROR : 0));
@@ -180,7 +202,7 @@ static void send_payload(void)
     if (last) {
         camera.n_sent++;
         next_frame();
-    } else if (camera.unplug && camera.at > FRAME_LEN / 2) {
+    } else if (camera.unplug && camera.at > frame_len() / 2) {
         redir_unplug();
     }
 }
@@ -192,11 +214,16 @@ static int pump(void)
 
         if (now < camera.due_ns)
             return (int)((camera.due_ns - now) / 1000000) + 1;
-        /* nobody fetched for a whole frame: it is lost, as in a camera without memory */
-        while (camera.at == 0 && now > camera.due_ns + camera.period_ns) {
+        /* nobody fetched while the next frames were made: it is lost */
+        while (camera.at == 0 && now > camera.due_ns + camera.memory * camera.period_ns) {
             camera.n_missed++;
             next_frame();
         }
+        /* what it has kept goes out at twice its rate, not all at once */
+        if (camera.at == 0 && now < camera.begun_ns + camera.period_ns / 2)
+            return (int)((camera.begun_ns + camera.period_ns / 2 - now) / 1000000) + 1;
+        if (camera.at == 0)
+            camera.begun_ns = now;
         send_payload();
     }
     return -1;
@@ -209,17 +236,21 @@ static void plugged(bool in)
     camera.at = 0;
     camera.n_sent = camera.n_missed = 0;
     camera.cut = camera.bad = camera.unplug = false;
+    camera.memory = 1;
+    choose_size(1);
     camera.due_ns = now_ns();
 }
 
 static void order(const char *line, char *text, size_t text_len)
 {
-    unsigned fps;
+    unsigned n;
 
     if (strcmp(line, "count") == 0)
         snprintf(text, text_len, "sent %lu missed %lu", camera.n_sent, camera.n_missed);
-    else if (sscanf(line, "fps %u", &fps) == 1 && fps > 0)
-        camera.period_ns = SECOND_NS / fps;
+    else if (sscanf(line, "fps %u", &n) == 1 && n > 0)
+        camera.period_ns = SECOND_NS / n;
+    else if (sscanf(line, "memory %u", &n) == 1 && n > 0)
+        camera.memory = n;
     else if (strcmp(line, "cut") == 0)
         camera.cut = true;
     else if (strcmp(line, "bad") == 0)

@@ -74,7 +74,7 @@ replug() {
     echo "cycle $cycle: out after $at bytes, in port $answer again, $rss_kb kB"
     # what allocators and libraries keep for good they have after a few times
     if [ "$cycle" -le $(((cycles + 1) / 2)) ] && [ "$cycle" -le 10 ]; then warm_kb=$rss_kb; fi
-    [ "$rss_kb" -le $((warm_kb + 1024)) ] || wrong "it has grown from $warm_kb kB"
+    [ "$rss_kb" -le $((warm_kb + 256)) ] || wrong "it has grown from $warm_kb kB"
   done
   status
 }

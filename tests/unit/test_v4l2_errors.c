@@ -101,13 +101,39 @@ static void test_lost(void **state)
     KERNEL_SCRIPT(STEP_FRAME, STEP_LOST, STEP_FRAME, STEP_FRAME, STEP_LOST, STEP_DAMAGED,
                   STEP_FRAME);
     expect_frame(0);
+    expect_again(); /* it is waited for */
     expect_frame(4);
     assert_int_equal(health().n_lost, 3);
     expect_frame(5);
     expect_again();
+    expect_again();
     expect_frame(10);
     assert_int_equal(health().n_lost, 6);
     assert_int_equal(health().n_damaged, 1);
+}
+
+/* As uvcvideo gives them on a busy machine: the second before the first; then so late that it is
+ * given up. */
+static void test_out_of_order(void **state)
+{
+    (void)state;
+    KERNEL_SCRIPT(STEP_FRAME, STEP_AHEAD, STEP_FRAME, STEP_BACK, STEP_FRAME, STEP_AHEAD, STEP_FRAME,
+                  STEP_AHEAD, STEP_FRAME, STEP_FRAME, STEP_BACK, STEP_BACK, STEP_AHEAD, STEP_FRAME,
+                  STEP_AHEAD, STEP_AHEAD, STEP_FRAME);
+    expect_frame(0);
+    expect_again();
+    expect_frame(1);
+    expect_frame(2);
+    expect_frame(3);
+    assert_int_equal(health().n_lost, 0);
+    expect_again();
+    expect_frame(5);
+    assert_int_equal(health().n_lost, 1);
+    expect_frame(6);
+    expect_again(); /* 4 */
+    expect_frame(7);
+    assert_int_equal(health().n_lost, 1);
+    assert_int_equal(health().n_damaged, 0);
 }
 
 /* An I/O error: all buffers taken back, all queued again; the new sequence is no loss. */
@@ -398,6 +424,7 @@ int main(void)
         TEST(test_not_ready),
         TEST(test_damaged),
         TEST(test_lost),
+        TEST(test_out_of_order),
         TEST(test_io_error),
         TEST(test_io_errors),
         TEST(test_rare_io_errors),

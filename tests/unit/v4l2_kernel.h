@@ -40,7 +40,9 @@ enum kernel_step {
     STEP_EPIPE,
     STEP_EINVAL,
     STEP_ENODEV,
-    STEP_LOST, /* the next three frames are never told */
+    STEP_LOST,  /* the next three frames are never told */
+    STEP_AHEAD, /* the next frame is told later, by */
+    STEP_BACK,  /* this, after the one behind it */
     STEP_POLL_ERROR,
     STEP_UNPLUG,
     STEP_CHANGE, /* the source has `next_width` now, and an event tells */
@@ -378,10 +380,9 @@ int __wrap_poll(struct pollfd *fd, nfds_t n, int timeout_ms)
         return kernel_poll_paced(fd, timeout_ms);
     kernel.n_polls++;
     kernel.timeout_ms = timeout_ms;
-    if (kernel.script[kernel.at] == STEP_LOST) {
-        kernel.at++;
-        kernel.sequence += 3;
-    }
+    for (; kernel.script[kernel.at] >= STEP_LOST && kernel.script[kernel.at] <= STEP_BACK;
+         kernel.at++)
+        kernel.sequence += (uint32_t[]){3, 1, (uint32_t)-2}[kernel.script[kernel.at] - STEP_LOST];
     fd[0].revents = kernel_poll();
     fd[1].revents = 0;
     return __real_poll(fd + 1, 1, fd[0].revents ? 0 : timeout_ms) + (fd[0].revents != 0);

@@ -1,12 +1,17 @@
-# A minute of the USB camera at 30 frames a second: each frame that it sent has come, or is known to be lost. With
-# hil_strict on the kernel's command line none may be lost at all: a busy host cannot keep that.
+# A minute of the USB camera at 30 frames a second: each frame that it sent has come, none was lost between the camera and the
+# mailbox. The camera has a memory of a second, so that a host that holds the emulated processor up does not
+# count as a loss; what it asks of the processor, 30 frames a second, stays. 320x240, which even a busy host
+# can emulate; with hil_strict on the kernel's command line 640x480, which needs an idle one.
 # limit: 400
 set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh
 
+size=320x240
+if grep -qw hil_strict /proc/cmdline; then size=640x480; fi
 load_camera
-depth_stream v4l2 640x480 'serial: HIL0001'
+camera 'memory 30'
+depth_stream v4l2 $size 'serial: HIL0001' "size: $size"
 start_dexeld -c "$run/dexeld.yaml"
 await 380 camera_sent 1800
 camera unplug
@@ -19,13 +24,11 @@ set -- $answer
 sent=$2 missed=$4
 come=$(($(counted frames) + $(counted mailbox)))
 lost=$(device lost)
-echo "sent $sent, missed by the camera $missed, come $come, lost $lost, damaged $(device damaged)"
+echo "$size: sent $sent, missed by the camera $missed, come $come, lost $lost, damaged $(device damaged)"
 # The last ones may have been with the kernel, or on their way to the mesher; and that some before them were lost is
 # seen by the next alone.
 known=$((come + lost))
-[ $known -le "$sent" ] && [ $known -ge $((sent - 60)) ] || wrong "$known of $sent frames are known of"
+[ $known -le "$sent" ] && [ $known -ge $((sent - 20)) ] || wrong "$known of $sent frames are known of"
 [ "$(device damaged)" -le 1 ] || wrong 'frames came damaged'
-if grep -qw hil_strict /proc/cmdline; then
-  [ "$lost" = 0 ] && [ "$missed" = 0 ] || wrong 'frames are lost'
-fi
+[ "$lost" = 0 ] && [ "$missed" = 0 ] || wrong 'frames are lost'
 stop_dexeld
