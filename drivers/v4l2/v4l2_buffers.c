@@ -58,12 +58,22 @@ static int map_one(struct dx_v4l2_capture *c, unsigned index, struct dx_err *err
     return mapped == MAP_FAILED ? dx_v4l2_failed(c, -errno, "mapping a buffer", err) : 0;
 }
 
+/* The more there are, the longer a busy machine may keep the reader from its frames. */
+static uint32_t n_wanted(const struct dx_v4l2_capture *c)
+{
+    uint64_t n = DX_V4L2_MEMORY / ((uint64_t)c->shape.bytesperline * c->shape.height + 1);
+
+    if (n > DX_V4L2_MANY)
+        return DX_V4L2_MANY;
+    return n > DX_V4L2_N_BUFFERS ? (uint32_t)n : DX_V4L2_N_BUFFERS;
+}
+
 int dx_v4l2_capture_map(struct dx_v4l2_capture *c, struct dx_err *err)
 {
     struct dx_v4l2_layout layout;
     unsigned n = 0;
     char why[96];
-    int r = request(c, DX_V4L2_N_BUFFERS, &n);
+    int r = request(c, n_wanted(c), &n);
 
     if (r)
         return dx_v4l2_failed(c, r, "VIDIOC_REQBUFS", err);

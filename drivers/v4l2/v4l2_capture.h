@@ -13,7 +13,9 @@
 
 #include "drivers/v4l2/v4l2_block.h"
 
-#define DX_V4L2_N_BUFFERS   6 /* asked for */
+#define DX_V4L2_N_BUFFERS   6         /* asked for at the least ... */
+#define DX_V4L2_MANY        16        /* ... and at the most, half a second of frames, ... */
+#define DX_V4L2_MEMORY      (8 << 20) /* ... while they are of so many bytes together */
 #define DX_V4L2_MAX_BUFFERS 32
 
 struct dx_v4l2_buffer {

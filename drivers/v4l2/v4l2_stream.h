@@ -10,7 +10,7 @@
 #define DX_V4L2_MAX_FAILURES 3 /* in so long: the camera is opened anew */
 #define DX_V4L2_FAILURES_NS  10000000000u
 #define DX_V4L2_MAX_EARLY    4        /* frames that wait for one made before them */
-#define DX_V4L2_EARLY_NS     20000000 /* so long */
+#define DX_V4L2_EARLY_NS     50000000 /* so long */
 
 struct dx_v4l2_stream {
     struct dx_v4l2_capture capture;

@@ -1,7 +1,7 @@
 /*
- * redir_uvc SOCKET ORDERS: a UVC 1.1 depth camera (Z16, 640x480 or 320x240, 30 frames a second,
- * bulk) for QEMU's usb-redir; the guest's uvcvideo makes a /dev/video of it. Shows depth_pattern().
- * Like a camera it leaves a frame out when nobody fetches in time.
+ * redir_uvc SOCKET ORDERS: a UVC 1.1 depth camera (Z16, 640x480, 320x240 or 160x120, 30 frames a
+ * second, bulk) for QEMU's usb-redir; the guest's uvcvideo makes a /dev/video of it. Shows
+ * depth_pattern(). Like a camera it leaves a frame out when nobody fetches in time.
  *
  * Orders beside plug and unplug:
  *   count        answers "sent N missed N" since it was plugged
@@ -21,7 +21,7 @@
 
 #define WIDTH       640
 #define HEIGHT      480
-#define N_SIZES     2                    /* each half as wide and high as the one before */
+#define N_SIZES     3                    /* each half as wide and high as the one before */
 #define FRAME_LEN   (WIDTH * HEIGHT * 2) /* of the largest */
 #define PAYLOAD_LEN 16384                /* with its header; what uvcvideo fetches at once */
 #define HEADER_LEN  2
@@ -81,6 +81,8 @@ static const uint8_t config[] = {
         LE32(FRAME_LEN * 8 * 30), LE32(FRAME_LEN * 8 * 30), LE32(FRAME_LEN), LE32(INTERVAL), 1, LE32(INTERVAL),
     30, CS_INTERFACE, VS_FRAME_UNCOMPRESSED, 2, 0, LE16(WIDTH / 2), LE16(HEIGHT / 2),
         LE32(FRAME_LEN * 2 * 30), LE32(FRAME_LEN * 2 * 30), LE32(FRAME_LEN / 4), LE32(INTERVAL), 1, LE32(INTERVAL),
+    30, CS_INTERFACE, VS_FRAME_UNCOMPRESSED, 3, 0, LE16(WIDTH / 4), LE16(HEIGHT / 4),
+        LE32(FRAME_LEN / 2 * 30), LE32(FRAME_LEN / 2 * 30), LE32(FRAME_LEN / 16), LE32(INTERVAL), 1, LE32(INTERVAL),
     7, 5, 0x81, 2, LE16(512), 0,
 };
 /* bmHint, bFormatIndex, bFrameIndex, dwFrameInterval, five words of compression, dwMaxVideoFrameSize,
