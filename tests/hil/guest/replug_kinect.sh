@@ -1,6 +1,6 @@
 # The Kinect is pulled out at random bytes of its isochronous packets, through usbfs, and plugged into either port
 # (replug.sh).
-# limit: 240
+# limit: 400
 set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh

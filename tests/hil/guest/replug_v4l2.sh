@@ -1,5 +1,5 @@
 # The USB camera is pulled out at random bytes, through uvcvideo, and plugged into either port (replug.sh).
-# limit: 240
+# limit: 400
 set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh
