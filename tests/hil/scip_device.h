@@ -54,11 +54,6 @@ struct scip_sim {
     size_t out_len;
 };
 
-static inline double scip_sim_psi(const struct scip_sim *s, uint64_t host_ns)
-{
-    return s->track ? scip_track_stage(s->track, host_ns) : scip_sim_stage(&s->pose, host_ns);
-}
-
 /* Metres along the beam at the scanner's angle, when the stage is at psi. */
 static inline double scip_sim_range(const struct scip_sim *s, double angle, double psi)
 {
@@ -142,7 +137,8 @@ static inline void scip_sim_value(const struct scip_sim *s, uint8_t *out, size_t
 {
     double angle = ((double)step - s->model.afrt) * 2 * DX_PI / s->model.ares;
     uint64_t t = host_ns + (uint64_t)(step * scip_sim_period_ns(s) / s->model.ares);
-    uint32_t mm = (uint32_t)rint(scip_sim_range(s, angle, scip_sim_psi(s, t)) * 1000);
+    double psi = s->track ? scip_track_stage(s->track, t) : scip_sim_stage(&s->pose, t);
+    uint32_t mm = (uint32_t)rint(scip_sim_range(s, angle, psi) * 1000);
     bool echoes = s->command[0] == 'N' || s->command[0] == 'H';
     bool strong = s->command[1] == 'E';
     size_t chars = s->command[1] == 'S' ? 2 : 3;
