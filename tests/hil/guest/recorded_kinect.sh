@@ -1,6 +1,6 @@
 # The Kinect recorded by dexeld: the recording replays to the meshes of the live run. It shows the same picture all the
 # time, so packets are lost: no two frames are alike.
-# limit: 180
+# limit: 400
 set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh

@@ -1,5 +1,5 @@
 # The USB depth camera recorded by dexeld: the recording replays to the meshes of the live run.
-# limit: 180
+# limit: 400
 set -eu
 . tests/daemon.sh
 . tests/hil/devices.sh
