@@ -119,7 +119,7 @@ its section 6.1, which projects on the nearest axis plane. The stand-ins are clo
 TEXT
 growth
 cat <<'TEXT'
-Peak memory is the process's, a point's share of it without the program: with the points as read (24 bytes each), the
-mesh (36) and what counts it (28).
+Peak memory is the process's, a point's share of it without the program, with the points as read (24 bytes each) and
+their triangles (24); the rest is what the cloud and the algorithm take.
 TEXT
 echo "Load average $(load)."
