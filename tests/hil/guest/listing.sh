@@ -8,7 +8,7 @@ listed() { dexel devices 2>&1 | grep -q "$1"; }
 
 load_camera
 kinect plug
-await 20 listed 'serial: A00HIL0000000001'
+await 20 listed 'serial: "A00HIL0000000001"'
 dexel devices >"$run/listed"
 cat "$run/listed"
 grep -A 4 'Simulated depth camera, Z16' "$run/listed" | grep 'serial: "HIL0001"'
