@@ -66,11 +66,12 @@ struct dx_project_run {
     /* the reference point */
     uint32_t r;
     double normal[3], u[3], v[3];
+    double flat_u[3], flat_v[3]; /* from steps to units of the plane */
     double radius, widest; /* of influence; as far as it may be widened */
     double reach;          /* the radius, not widened */
-    double scale;          /* steps to units of the plane */
     uint32_t n_near;
     struct dx_near near[DX_PROJECT_MAX_NEAR]; /* all states, without r */
+    double offset[3][DX_PROJECT_MAX_NEAR + 1]; /* of each from r; a 0 after the last */
     struct dx_local local;
 };
 
@@ -80,6 +81,8 @@ void dx_project_gather(struct dx_project_run *run, double factor);
 /* project_plane.c: normal, u and v; false: the points near r make none. */
 bool dx_project_set_plane(struct dx_project_run *run);
 struct dx_flat dx_project_flat(const struct dx_project_run *run, uint32_t rank);
+/* The same of near[k]. */
+struct dx_flat dx_project_flat_near(const struct dx_project_run *run, uint32_t k);
 
 /* project_sight.c: local, and what is hidden; false: too much is near. */
 bool dx_project_look(struct dx_project_run *run);
