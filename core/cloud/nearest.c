@@ -6,7 +6,8 @@
 
 struct query {
     const int32_t *p;
-    int32_t radius;
+    int64_t r2;
+    int32_t last; /* depth, in the row */
     struct dx_near *out;
     uint32_t n, max;
 };
@@ -37,8 +38,8 @@ static inline int64_t distance2(const int32_t a[3], const int32_t b[3])
  * goes over one that is too far: no branch tells them apart. */
 static void scan(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
 {
-    const int64_t r2 = (int64_t)q->radius * q->radius;
-    const int32_t last = q->p[2] + q->radius;
+    const int64_t r2 = q->r2;
+    const int32_t last = q->last;
     struct dx_near *out = q->out + q->n;
 
     if (q->n > q->max || end - from > q->max - q->n) {
@@ -74,8 +75,8 @@ static bool range_of(uint32_t out[2], int32_t p, int32_t radius, int32_t side, u
     return true;
 }
 
-/* How far the sphere reaches along a row of dexels, whose nearest points are `away` from its
- * centre; rounded up. */
+/* How far the sphere reaches along a row of dexels and in depth, where the row's nearest points are
+ * `away` from its centre; rounded up. */
 static int32_t half_chord(int32_t radius, int64_t away)
 {
     const double r = radius, d = (double)away;
@@ -86,7 +87,7 @@ static int32_t half_chord(int32_t radius, int64_t away)
 uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t radius,
                          struct dx_near *out, uint32_t max)
 {
-    struct query q = {p, radius, out, 0, max};
+    struct query q = {p, (int64_t)radius * radius, 0, out, 0, max};
     uint32_t row[2], col[2];
 
     if (c->n == 0 || !range_of(row, p[0], radius, c->side, c->rows))
@@ -94,14 +95,15 @@ uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t r
     for (uint32_t i = row[0]; i <= row[1]; i++) {
         const uint32_t *start = c->start + (size_t)i * c->cols;
         const int64_t before = (int64_t)i * c->side - p[0], after = -before - c->side;
+        const int32_t reach = half_chord(radius, before > after ? before : after);
 
-        if (!range_of(col, p[1], half_chord(radius, before > after ? before : after), c->side,
-                      c->cols))
+        if (!range_of(col, p[1], reach, c->side, c->cols))
             continue;
+        q.last = p[2] + reach;
         for (uint32_t j = col[0]; j <= col[1]; j++)
             __builtin_prefetch(c->at[start[j]]);
         for (uint32_t j = col[0]; j <= col[1]; j++)
-            scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - radius), start[j + 1]);
+            scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - reach), start[j + 1]);
     }
     return q.n;
 }
