@@ -10,6 +10,9 @@
 
 #define WIDEN     1.6
 #define MAX_TRIES 3
+/* Neighbours of a point that has waited for: the rest is made by others, as a rule, and what a
+ * reference point costs is saved. */
+#define NEARLY_CLOSED 5
 
 void dx_project_defaults(struct dx_project_config *config)
 {
@@ -24,7 +27,7 @@ static int process(struct dx_project_run *run, uint32_t r)
     int rc = 0;
 
     run->r = r;
-    for (int try = 0; try < MAX_TRIES; try++, factor *= WIDEN) {
+    for (int try = 0; try < MAX_TRIES; try++, factor *= run->widen) {
         bool may_widen;
 
         dx_project_gather(run, factor);
@@ -32,13 +35,14 @@ static int process(struct dx_project_run *run, uint32_t r)
         run->stats->n_again += try > 0;
         if (!dx_project_set_plane(run) || !dx_project_look(run))
             break;
+        run->widen = WIDEN;
         rc = dx_project_star(run, may_widen);
         if (rc != DX_STAR_NARROW || run->state[r] == DX_COMPLETED)
             break;
     }
     if (rc < 0)
         return rc;
-    if (run->state[r] == DX_FRINGE)
+    if (run->state[r] == DX_FRINGE || run->state[r] == DX_WAITED)
         run->state[r] = DX_BOUNDARY;
     return 0;
 }
@@ -48,11 +52,16 @@ static int grow(struct dx_project_run *run, uint32_t seed)
     const uint64_t before = run->stats->n_triangles;
     int rc = process(run, seed);
 
-    while (rc == 0 && run->head < run->tail) {
-        const uint32_t r = run->queue[run->head++];
+    while (rc == 0 && run->n_queued > 0) {
+        const uint32_t r = dx_project_pop(run);
 
-        if (run->state[r] == DX_FRINGE)
+        if (run->state[r] == DX_FRINGE &&
+            dx_ring_n(&run->rings, run->point[r].ring) >= NEARLY_CLOSED) {
+            run->state[r] = DX_WAITED;
+            dx_project_push(run, r);
+        } else if (run->state[r] == DX_FRINGE || run->state[r] == DX_WAITED) {
             rc = process(run, r);
+        }
     }
     run->stats->n_components += run->stats->n_triangles > before;
     return rc;
@@ -112,9 +121,16 @@ static int look_again(struct dx_project_run *run)
 {
     int rc = 0;
 
-    for (uint32_t k = 0; k < run->tail && rc == 0; k++)
-        if (run->state[run->queue[k]] == DX_BOUNDARY || run->state[run->queue[k]] == DX_FRINGE)
-            rc = process(run, run->queue[k]);
+    for (uint32_t k = 0; k < run->cloud->n && rc == 0; k++)
+        if (run->state[k] == DX_BOUNDARY || run->state[k] == DX_FRINGE)
+            rc = process(run, k);
+    /* what that has found */
+    while (rc == 0 && run->n_queued > 0) {
+        const uint32_t r = dx_project_pop(run);
+
+        if (run->state[r] == DX_FRINGE)
+            rc = process(run, r);
+    }
     return rc;
 }
 

@@ -7,8 +7,9 @@
 
 #include <math.h>
 
-#define MAX_TRIES 12  /* points that turn out not to be visible, at one side */
-#define HOLLOW    1.5 /* widest radii: no surface in an empty circle of this diameter */
+#define MAX_TRIES 12   /* points that turn out not to be visible, at one side */
+#define WIDER     1.05 /* than the circle, so that a little turn of the plane does not matter */
+#define HOLLOW    1.5  /* widest radii: no surface in an empty circle of this diameter */
 
 /* Consecutive places in the order around r, from `from` to `to`; the whole turn when equal. */
 struct sector {
@@ -32,29 +33,33 @@ static uint32_t previous_of(const struct dx_local *l, uint32_t k)
     return k > 0 ? k - 1 : l->n_order - 1;
 }
 
-/* Of the circle through the origin, a and b: its diameter exceeds this. */
-static bool is_wider(struct dx_flat a, struct dx_flat b, double diameter)
+/* The circle through the origin, a and b: its squared diameter, over that of radius 1. */
+static double diameter2(struct dx_flat a, struct dx_flat b)
 {
     const double ax = a.x, ay = a.y, bx = b.x, by = b.y;
-    const double cross = ax * by - ay * bx, cx = bx - ax, cy = by - ay;
+    const double cross = (ax * by - ay * bx) * DX_PROJECT_FLAT, cx = bx - ax, cy = by - ay;
 
-    return (ax * ax + ay * ay) * (bx * bx + by * by) * (cx * cx + cy * cy) >
-           diameter * diameter * (cross * cross);
-}
-
-/* Points beyond the radius may be in the triangle's circle. */
-static bool is_unsure(const struct dx_project_run *run, uint32_t a, uint32_t b)
-{
-    return run->config->choice == DX_PROJECT_WIDEST &&
-           is_wider(run->local.at[a], run->local.at[b], DX_PROJECT_FLAT);
+    return (ax * ax + ay * ay) * (bx * bx + by * by) * (cx * cx + cy * cy) / (cross * cross);
 }
 
 /* No surface is made where a circle this wide has no sample: flat triangles along rims. */
-static bool is_hollow(const struct dx_project_run *run, uint32_t a, uint32_t b)
+static bool is_hollow(const struct dx_project_run *run, double d2)
 {
-    return run->config->choice == DX_PROJECT_WIDEST &&
-           is_wider(run->local.at[a], run->local.at[b],
-                    HOLLOW * DX_PROJECT_FLAT * run->widest / run->radius);
+    const double most = HOLLOW * run->widest / run->radius;
+
+    return run->config->choice == DX_PROJECT_WIDEST && d2 > most * most;
+}
+
+/* Points beyond the radius may be in the triangle's circle; how much wider it must be. */
+static bool is_unsure(struct dx_project_run *run, double d2)
+{
+    double wanted;
+
+    if (run->config->choice != DX_PROJECT_WIDEST || !(d2 > 1))
+        return false;
+    wanted = WIDER * sqrt(d2);
+    run->widen = wanted < run->widen ? wanted : run->widen;
+    return true;
 }
 
 /* The candidates are near r; the edge that closes the triangle is bounded too. */
@@ -133,8 +138,7 @@ static uint32_t pick_widest(const struct side *s, uint32_t at, uint32_t end)
         v.dot = dx_flat_dot(q, dx_flat_minus(q, p));
         if (best != UINT32_MAX)
             wider = compare_views(v, widest);
-        if (wider > 0 ||
-            (wider == 0 && l->id[l->order[k].number] < l->id[l->order[best].number])) {
+        if (wider > 0 || (wider == 0 && l->id[l->order[k].number] < l->id[l->order[best].number])) {
             best = k;
             widest = v;
         }
@@ -243,6 +247,7 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
         const uint32_t k = pick(s, *at, end);
         const int32_t *x, *y;
         uint32_t a, b;
+        double d2;
         int rc;
 
         if (k == UINT32_MAX)
@@ -251,12 +256,13 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
         b = l->order[s->leftward ? k : *at].number;
         x = run->cloud->at[l->id[a]];
         y = run->cloud->at[l->id[b]];
-        if (is_wide(run, x, y) || is_long(run, x, y) || is_hollow(run, a, b) ||
+        d2 = diameter2(l->at[a], l->at[b]);
+        if (is_wide(run, x, y) || is_long(run, x, y) || is_hollow(run, d2) ||
             !dx_project_may_join(run, a, b)) {
             s->refused[k] = true;
             continue;
         }
-        if (s->may_widen && is_unsure(run, a, b)) {
+        if (s->may_widen && is_unsure(run, d2)) {
             s->narrow = true;
             return 0;
         }
