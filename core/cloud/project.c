@@ -117,10 +117,11 @@ static int grow_others(struct dx_project_run *run)
 
 /* Points that had gaps, once more: their neighbours may have filled them from their planes, or made
  * what was in the way. */
-static int look_again(struct dx_project_run *run)
+static int look_again(struct dx_project_run *run, enum dx_project_plane plane)
 {
     int rc = 0;
 
+    run->plane = plane;
     for (uint32_t k = 0; k < run->cloud->n && rc == 0; k++)
         if (run->state[k] == DX_BOUNDARY || run->state[k] == DX_FRINGE)
             rc = process(run, k);
@@ -168,7 +169,10 @@ static int run_all(struct dx_project_run *run)
     if (rc == 0)
         rc = grow_others(run);
     if (rc == 0)
-        rc = look_again(run);
+        rc = look_again(run, run->plane);
+    /* where the points are no help, the planes of those who made the triangles there may be */
+    if (rc == 0 && run->plane == DX_PROJECT_FIT)
+        rc = look_again(run, DX_PROJECT_FACES);
     if (rc == 0 && run->config->max_loop)
         rc = dx_project_close_loops(run);
     return rc;
@@ -190,6 +194,7 @@ int dx_project(struct dx_project_stats *stats, const struct dx_cloud *c,
     run->cloud = c;
     run->config = config;
     run->sink = sink;
+    run->plane = config->plane;
     run->stats = stats;
     run->cos_alpha = dx_cos(dx_rad(config->alpha_deg));
     run->cos_beta = dx_cos(dx_rad(config->beta_deg));

@@ -83,7 +83,7 @@ int dx_project_add(struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t 
         }
         of_input[k] = run->cloud->index[v[k]];
     }
-    if (run->config->plane == DX_PROJECT_FACES)
+    if (run->plane == DX_PROJECT_FACES)
         add_face_normal(run, v);
     else
         add_plane_normal(run, v);

@@ -186,9 +186,9 @@ bool dx_project_set_plane(struct dx_project_run *run)
     if ((!p->ring || !normalise(run->normal)) && !principal(run, &m))
         return false;
     set_basis(run);
-    if (run->config->plane != DX_PROJECT_FACES)
+    if (run->plane != DX_PROJECT_FACES)
         tilt(run, &m);
-    if (run->config->plane == DX_PROJECT_AXIS)
+    if (run->plane == DX_PROJECT_AXIS)
         snap_to_axis(run);
     set_flat(run);
     return true;

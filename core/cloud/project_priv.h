@@ -61,6 +61,7 @@ struct dx_project_run {
     struct dx_rings rings;
     uint32_t *queue; /* [n], in a circle: fringe points, once each */
     uint32_t head, n_queued;
+    enum dx_project_plane plane; /* as configured, or for a last look */
     double cos_alpha, cos_beta;
     double spacing, max_edge; /* steps */
 

@@ -6,6 +6,9 @@
  */
 #include "core/cloud/project_priv.h"
 
+#define STEEP 0.975 /* sine of an edge over the plane, about 77 degrees */
+#define HIGH  0.45  /* radii; what is lower may be noise */
+
 static const struct dx_flat origin = {0, 0};
 
 /* The place of a point; a new one for the end of a candidate's edge; -1: no room. */
@@ -67,16 +70,27 @@ static void add_nearest(struct dx_project_run *run, uint32_t room)
         add_candidate(run, run->near[nearest[k]].rank, dx_project_flat_near(run, nearest[k]));
 }
 
+/* near[k] is far above or below r in its plane, so that no surface runs from one to the other: it
+ * would be joined through an ear of a bunny. */
+static bool is_other_sheet(const struct dx_project_run *run, uint32_t k, double high2)
+{
+    const double *n = run->normal;
+    const double h = n[0] * run->offset[0][k] + n[1] * run->offset[1][k] + n[2] * run->offset[2][k];
+
+    return h * h > high2 && h * h > STEEP * STEEP * (double)run->near[k].d2;
+}
+
 /* What is not completed, the ends of r's chains first, since they must be there. */
 static void add_candidates(struct dx_project_run *run)
 {
     const uint32_t ring = run->point[run->r].ring, n = dx_ring_n(&run->rings, ring);
     const uint32_t *list = dx_ring_list(&run->rings, ring);
+    const double high2 = HIGH * HIGH * run->radius * run->radius;
     uint32_t open[DX_PROJECT_MAX_NEAR], n_open = 0, room;
 
     for (uint32_t k = 0; k < run->n_near; k++) {
         open[n_open] = k;
-        n_open += run->state[run->near[k].rank] != DX_COMPLETED;
+        n_open += run->state[run->near[k].rank] != DX_COMPLETED && !is_other_sheet(run, k, high2);
     }
     for (uint32_t k = 0; k < n && run->local.n < DX_PROJECT_MAX_CAND; k++)
         if ((list[k] & DX_RING_FIRST) || k + 1 == n || (list[k + 1] & DX_RING_FIRST))
