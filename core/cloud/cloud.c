@@ -3,6 +3,7 @@
 #include "core/cloud/cloud.h"
 
 #include "core/cloud/dexels.h"
+#include "core/cloud/pages.h"
 
 #include <errno.h>
 #include <math.h>
@@ -148,8 +149,8 @@ static int load(struct load *l, struct dx_pool *pool, struct dx_err *err)
     struct bounds b;
 
     l->bounds = malloc(n_runs(l->n) * sizeof(*l->bounds));
-    l->input.at = malloc(l->n * sizeof(*l->input.at));
-    l->input.dexel = malloc(l->n * sizeof(*l->input.dexel));
+    l->input.at = dx_pages_new(l->n * sizeof(*l->input.at));
+    l->input.dexel = dx_pages_new(l->n * sizeof(*l->input.dexel));
     if (!l->bounds || !l->input.at || !l->input.dexel)
         return dx_err_set(err, -ENOMEM, "no memory for %zu points", l->n);
     dx_pool_run(pool, n_runs(l->n), bound_run, l);

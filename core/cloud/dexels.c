@@ -3,6 +3,7 @@
 #include "core/cloud/dexels.h"
 
 #include "core/cloud/bulk.h"
+#include "core/cloud/pages.h"
 
 #include <errno.h>
 #include <math.h>
@@ -175,9 +176,9 @@ int dx_dexels_fill(struct dx_cloud *c, const struct dx_dexel_input *in, struct d
     struct fill f = {.cloud = c, .in = in};
     uint32_t n_tasks = (n_dexels(c) + DEXELS_A_TASK - 1) / DEXELS_A_TASK, kept = 0;
 
-    c->start = calloc((size_t)n_dexels(c) + 1, sizeof(*c->start));
-    c->index = malloc(c->n * sizeof(*c->index));
-    c->at = malloc(c->n * sizeof(*c->at));
+    c->start = dx_pages_new_zeroed(((size_t)n_dexels(c) + 1) * sizeof(*c->start));
+    c->index = dx_pages_new(c->n * sizeof(*c->index));
+    c->at = dx_pages_new(c->n * sizeof(*c->at));
     f.n_kept = malloc(n_tasks * sizeof(*f.n_kept));
     if (!c->start || !c->index || !c->at || !f.n_kept) {
         free(f.n_kept);

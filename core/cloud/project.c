@@ -2,6 +2,7 @@
 #include "core/cloud/project_priv.h"
 
 #include "core/base/trig.h"
+#include "core/cloud/pages.h"
 #include "core/cloud/spacing.h"
 
 #include <errno.h>
@@ -201,9 +202,9 @@ int dx_project(struct dx_project_stats *stats, const struct dx_cloud *c,
     run->spacing = dx_cloud_spacing(c);
     run->max_edge = config->max_edge / c->step;
     dx_rings_init(&run->rings);
-    run->point = calloc(c->n, sizeof(*run->point));
-    run->state = calloc(c->n, sizeof(*run->state));
-    run->queue = malloc(c->n * sizeof(*run->queue));
+    run->point = dx_pages_new_zeroed(c->n * sizeof(*run->point));
+    run->state = dx_pages_new_zeroed(c->n * sizeof(*run->state));
+    run->queue = dx_pages_new(c->n * sizeof(*run->queue));
     if (run->point && run->state && run->queue)
         rc = run_all(run);
     else
