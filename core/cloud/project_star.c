@@ -9,11 +9,10 @@
 
 #define MAX_TRIES 12  /* points that turn out not to be visible, at one side */
 #define WIDER     1.2 /* than the circle: a wider plane turns a little, and more is missing */
-* /
-#define HOLLOW 1.5 /* widest radii: no surface in an empty circle of this diameter */
+#define HOLLOW    1.5 /* widest radii: no surface in an empty circle of this diameter */
 
-    /* Consecutive places in the order around r, from `from` to `to`; the whole turn when equal. */
-    struct sector {
+/* Consecutive places in the order around r, from `from` to `to`; the whole turn when equal. */
+struct sector {
     uint32_t from, to;
 };
 
