@@ -8,6 +8,7 @@
 
 #define N_BINS  1024
 #define STRAYS  1024 /* one point of so many, at each end */
+#define FEW     128  /* points, of which none is a stray */
 #define MOST_BY 3    /* 2^28 steps by 2^10 bins */
 
 static struct dx_bulk bounds(const int32_t (*at)[3], const uint32_t *dexel, uint32_t n, int axis)
@@ -56,7 +57,7 @@ struct dx_bulk dx_bulk_find(const int32_t (*at)[3], const uint32_t *dexel, uint3
 {
     struct dx_bulk b = bounds(at, dexel, n, axis);
 
-    for (int by = 0; by < MOST_BY && b.low < b.high; by++) {
+    for (int by = 0; n >= FEW && by < MOST_BY && b.low < b.high; by++) {
         const struct dx_bulk part = narrow(b, at, dexel, n, axis, n / STRAYS + 1);
 
         if (part.high - part.low > (b.high - b.low) / 2)
