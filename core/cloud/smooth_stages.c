@@ -275,7 +275,7 @@ int dx_stages_orient(struct dx_stages *s, const double *viewpoint, struct dx_err
     struct dx_cloud points;
     int rc;
 
-    if (s->n == 0)
+    if (s->n < 3 || s->reduced.n == 1 || s->reduced.n == 2)
         return 0;
     if (s->reduced.n == 0)
         return orient(s->normal, &s->cloud, viewpoint, s->pool, err);
