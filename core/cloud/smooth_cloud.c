@@ -13,7 +13,7 @@
 #define MAX_TRIES 6
 #define ROUGH     1e-2 /* convergence of a plane that a paraboloid follows */
 #define CREASED   0.75 /* share of weights on a plane: noise alone leaves 0.9 */
-#define CREASE_SW 0.6
+#define CREASE_SW 0.65
 #define RUN       512 /* points of a task */
 
 /* The neighbourhood of a place, its unit and the widths that its density calls for. */
@@ -77,18 +77,21 @@ static int fit(struct dx_robust_plane *plane, double *move, struct vicinity *v, 
     return DX_ROBUST_DONE;
 }
 
-/* Once more with a narrower width where much of what is near is off the plane: a crease. */
+/* Once more where much of what is near is off the plane, at a crease: with a narrower width, and
+ * always with a paraboloid. */
 static int project(struct dx_cloud_smoothed *out, struct vicinity *v, struct tally *tally,
                    const struct dx_cloud *c, const struct dx_cloud_smooth_scale *s,
                    const double at[3])
 {
     struct dx_robust_plane plane, narrow;
+    struct dx_cloud_smooth_scale creased = *s;
     double move, narrow_move, sw;
 
     for (int k = 0; k < 3; k++) {
         out->at[k] = at[k];
         out->normal[k] = 0;
     }
+    creased.quadric = true;
     gather(v, c, s, at);
     sw = s->sw * v->factor;
     tally->n_near += v->points.n;
@@ -97,7 +100,7 @@ static int project(struct dx_cloud_smoothed *out, struct vicinity *v, struct tal
         return DX_CLOUD_SMOOTH_UNCHANGED;
     }
     if (plane.share < CREASED &&
-        fit(&narrow, &narrow_move, v, tally, s, CREASE_SW * sw) == DX_ROBUST_DONE) {
+        fit(&narrow, &narrow_move, v, tally, &creased, CREASE_SW * sw) == DX_ROBUST_DONE) {
         plane = narrow;
         move = narrow_move;
     }
