@@ -1,7 +1,7 @@
 #!/bin/sh
 # Table 1 of Mederos, Velho and de Figueiredo (2004) in shape, in Markdown: stages of dexel mesh --mode smooth, one thread, on
-# noisy stand-ins of the paper's numbers of points. Seconds are the least of ROUNDS runs, the paper's are of a 1.8 GHz
-# Pentium 4. The truth is sampled without noise; its distance to the mesh is told in spacings.
+# noisy stand-ins of the paper's numbers of points. Seconds are of the processor, the least of ROUNDS runs; the
+# paper's are of a 1.8 GHz Pentium 4. The truth is sampled without noise; its distance to the mesh is told in spacings.
 #   smooth_table.sh      ROUNDS=N (3)  NOISE=N (0.4 spacings)
 set -eu
 B=${B:-build}
@@ -13,7 +13,9 @@ dexel=$B/bin/dexel
 
 value() { sed -n 's/.*"'"$1"'": \([-+.0-9a-z]*\).*/\1/p' "$2"; }
 least() { # STAGE
-  for f in "$run"/stats.*; do value "$1" "$f"; done | sort -g | head -n 1
+  for f in "$run"/stats.*; do
+    sed -n 's/.*"processor_seconds": {[^}]*"'"$1"'": \([-+.0-9a-z]*\).*/\1/p' "$f"
+  done | sort -g | head -n 1
 }
 
 row() { # MODEL POINTS SURFACE PAPER_SECONDS OPTIONS...
