@@ -254,8 +254,10 @@ bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
 bench-clouds: all
 	@B=$(B) sh tests/bench/clouds.sh
+	@B=$(B) sh tests/bench/smooth_table.sh
 bench-peers-clouds: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
+	@B=$(B) sh tests/peers/bench_peers_smooth.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
 .PHONY: gallery bench-clouds
 gallery: all
