@@ -5,27 +5,43 @@
 
 #include <string.h>
 
-/* Elements [col0, col0 + DX_AREA) of a row of the grid; columns go around where it wraps and are
- * zero beyond its ends where it does not. */
-static void gather_row(uint8_t *out, const uint8_t *row, size_t size, int64_t col0, bool wrap,
-                       uint32_t width)
-{
-    for (int64_t q = 0; q < DX_AREA;) {
-        int64_t col = col0 + q, n = DX_AREA - q;
+/* Columns of the area that follow each other in the grid: `n` of them, from area column `at` on. */
+struct run {
+    uint32_t at, n, col;
+};
 
-        if (wrap)
-            col = (col + width) % width;
-        if (col < 0) {
-            n = n < -col ? n : -col;
-            memset(out + (size_t)q * size, 0, (size_t)n * size);
-        } else if (col >= width) {
-            memset(out + (size_t)q * size, 0, (size_t)n * size);
-        } else {
-            n = n < width - col ? n : width - col;
-            memcpy(out + (size_t)q * size, row + (size_t)col * size, (size_t)n * size);
+/* All of them: one where no border and no seam is near. */
+struct runs {
+    struct run run[DX_AREA];
+    uint32_t n, n_columns;
+};
+
+/* Columns go around where the grid wraps, and end where it does not. */
+static void find_runs(struct runs *runs, int64_t col0, bool wrap, uint32_t width)
+{
+    runs->n = runs->n_columns = 0;
+    for (int64_t q = 0; q < DX_AREA;) {
+        const int64_t col = wrap ? (col0 + q + width) % width : col0 + q;
+        int64_t n = col < 0 ? -col : width - col;
+
+        if (col >= width)
+            break;
+        n = n < DX_AREA - q ? n : DX_AREA - q;
+        if (col >= 0) {
+            runs->run[runs->n++] = (struct run){(uint32_t)q, (uint32_t)n, (uint32_t)col};
+            runs->n_columns += (uint32_t)n;
         }
         q += n;
     }
+}
+
+/* A row of the grid; columns outside it are 0. */
+static void gather_row(uint8_t *out, const uint8_t *row, size_t size, const struct runs *runs)
+{
+    if (runs->n_columns < DX_AREA)
+        memset(out, 0, DX_AREA * size);
+    for (const struct run *r = runs->run; r < runs->run + runs->n; r++)
+        memcpy(out + r->at * size, row + r->col * size, r->n * size);
 }
 
 static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
@@ -33,7 +49,7 @@ static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
     return a->row0 + p >= 0 && a->row0 + p < height;
 }
 
-static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool wrap)
+static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, const struct runs *runs)
 {
     const size_t size = plane->range_bytes;
 
@@ -42,8 +58,7 @@ static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool 
         const uint8_t *row = plane->range;
 
         if (in_grid(a, p, plane->height))
-            gather_row(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, a->col0,
-                       wrap, plane->width);
+            gather_row(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, runs);
         else
             memset(out, 0, DX_AREA * size);
         for (uint32_t q = 0; a->wide && size == 2 && q < DX_AREA; q++)
@@ -51,30 +66,14 @@ static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool 
     }
 }
 
-static void prepare_narrow(struct dx_area *a, const struct dx_gates *gates)
+static void find_valid(struct dx_area *a, const struct dx_rows *rows)
 {
-    const struct dx_rows *rows = gates->rows;
-
-    for (uint32_t p = a->first; p < a->end; p++) {
-        rows->valid(a->valid[p], a->range16[p]);
-        rows->noise(a->noise[p], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
-        if (gates->diag == DX_DIAG_BEND)
-            rows->narrow.inverse(a->inverse.narrow[p], a->range16[p]);
-    }
-}
-
-static void prepare_wide(struct dx_area *a, const struct dx_gates *gates)
-{
-    for (uint32_t p = a->first; p < a->end; p++) {
-        for (uint32_t q = 0; q < DX_AREA; q++)
-            a->valid[p][q] = a->range[p][q] != 0;
-        if (gates->diag == DX_DIAG_BEND)
-            gates->rows->wide.inverse(a->inverse.wide[p], a->range[p]);
-    }
+    for (uint32_t p = a->first; p < a->end; p++)
+        a->valid[p] = a->wide ? rows->valid_wide(a->range[p]) : rows->valid(a->range16[p]);
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
-                             const struct dx_geometry *g)
+                             const struct dx_geometry *g, const struct runs *runs)
 {
     for (int e = 0; e < DX_N_EDGES; e++)
         for (uint32_t p = a->first; p < a->end; p++) {
@@ -82,7 +81,7 @@ static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
                 continue;
             gather_row((uint8_t *)a->c[e][p],
                        (const uint8_t *)(gates->c[e] + (size_t)dx_area_row(a, p) * g->width), 4,
-                       a->col0, g->wrap, g->width);
+                       runs);
             for (uint32_t q = 0; !gates->wide && q < DX_AREA; q++)
                 a->c16[e][p][q] = (uint16_t)a->c[e][p][q];
         }
@@ -93,6 +92,7 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
                     uint32_t tile_col)
 {
     uint32_t row = tile_row * DX_TILE_CELLS, col = tile_col * DX_TILE_CELLS;
+    struct runs runs;
 
     a->row0 = (int64_t)row - DX_MARGIN;
     a->col0 = (int64_t)col - DX_MARGIN;
@@ -101,13 +101,11 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
     a->first = DX_MARGIN - gates->margin;
     a->end = DX_MARGIN + a->n_rows + 1 + gates->margin;
     a->wide = gates->wide;
-    gather_ranges(a, plane, g->wrap);
-    if (gates->wide)
-        prepare_wide(a, gates);
-    else
-        prepare_narrow(a, gates);
+    find_runs(&runs, a->col0, g->wrap, g->width);
+    gather_ranges(a, plane, &runs);
+    find_valid(a, gates->rows);
     if (gates->per_dexel)
-        gather_constants(a, gates, g);
+        gather_constants(a, gates, g, &runs);
     if (gates->cap)
         dx_cap_gather(a, g, gates);
 }

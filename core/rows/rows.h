@@ -11,6 +11,7 @@
 #define DX_ROWS_H
 
 #include "core/base/delta.h"
+#include "core/rows/row_bits.h"
 #include "core/rows/smoother.h"
 
 #include <stdbool.h>
@@ -40,9 +41,9 @@ struct dx_row_wide_pair {
     double t0, n2;
 };
 
-/* What came out of a row of pairs. */
+/* What came out of a row of pairs, where both are there. */
 struct dx_row_joined {
-    bool failed, unsure; /* any */
+    dx_bits joined, unsure; /* unsure: ask integers */
 };
 
 /* sigma.h in floating point: sigma8(r) = min(max, a0 + a1 r + a2 r^2), and how far the integers may
@@ -75,7 +76,12 @@ struct dx_row_residuals {
 struct dx_row_bend {
     const struct dx_row_residuals *top, *bottom;
     const void *inverse, *range, *range_below;
-    const uint8_t *outer[4]; /* edges to the four samples beyond the corners */
+    uint64_t outer; /* cells with edges to the four samples beyond their corners */
+};
+
+/* Which cells of a row prefer the diagonal b-d; unsure: ask integers. */
+struct dx_row_preference {
+    uint64_t bd, unsure;
 };
 
 /* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
@@ -91,21 +97,9 @@ struct dx_row_bends {
                            const struct dx_row_weights *w);
 
     /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
-     * ends differ less in range. unsure: ask integers. */
-    void (*bend)(uint8_t *prefer_bd, uint8_t *unsure, const struct dx_row_bend *row,
-                 const struct dx_row_sigma *sigma);
-};
-
-/* Missing dexels that may be spanned: those among four neighbours that are all there, and others.
- */
-struct dx_row_missing {
-    uint8_t lone[DX_ROWS_N + 8], crowded[DX_ROWS_N + 8];
-    uint8_t has_lone, has_crowded; /* any */
-};
-
-/* Joined edges of a row of cells, and which of its dexels are alive; from the first cell on. */
-struct dx_row_edges {
-    const uint8_t *h, *h_below, *v, *ac, *bd, *alive, *alive_below;
+     * ends differ less in range. */
+    struct dx_row_preference (*bend)(const struct dx_row_bend *row,
+                                     const struct dx_row_sigma *sigma);
 };
 
 /* A block row of a tile under a spinning geometry (geometry.h): its row's six numbers, cosines and
@@ -142,38 +136,26 @@ struct dx_rows {
 
     /* ---- rules ---- */
 
-    void (*valid)(uint8_t *out, const uint16_t *range);
+    /* Which ranges are not 0. */
+    dx_bits (*valid)(const uint16_t *range);
+    dx_bits (*valid_wide)(const uint32_t *range);
 
     /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
     void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
 
-    /* The first-order rule, with one constant or one for each pair: which are joined, and which
-     * are not though both are there; whether there are such. */
-    bool (*join)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair, uint16_t c);
-    bool (*join_each)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair,
-                      const uint16_t *c);
+    /* The first-order rule, with one constant or one for each pair. Where one of the two is
+     * missing, it may say either. */
+    dx_bits (*join)(const struct dx_row_pair *pair, uint16_t c);
+    dx_bits (*join_each)(const struct dx_row_pair *pair, const uint16_t *c);
 
-    /* The same of 32-bit ranges; unsure: ask integers (such are neither joined nor failed). */
-    struct dx_row_joined (*join_wide)(uint8_t *joined, uint8_t *failed, uint8_t *unsure,
-                                      const struct dx_row_wide_pair *pair, uint32_t c);
-    struct dx_row_joined (*join_wide_each)(uint8_t *joined, uint8_t *failed, uint8_t *unsure,
-                                           const struct dx_row_wide_pair *pair, const uint32_t *c);
-
-    /* Valid dexels that are no mixed pixels, by the votes of row and column, from column 1 on. v is
-     * the row's own V edges, v_above those of the row above; valid rows are those above, here and
-     * below. */
-    void (*vote)(uint8_t *alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
-                 const uint8_t *const valid[3]);
-
-    /* Missing dexels from column 1 on, by the valid rows above, here and below. Others than lone
-     * ones have two ends opposite each other; or, with `two` of them bridged, any. */
-    void (*missing)(struct dx_row_missing *out, const uint8_t *const valid[3], uint8_t two);
+    /* The same of 32-bit ranges. */
+    struct dx_row_joined (*join_wide)(const struct dx_row_wide_pair *pair, uint32_t c);
+    struct dx_row_joined (*join_wide_each)(const struct dx_row_wide_pair *pair, const uint32_t *c);
 
     struct dx_row_bends narrow, wide;
 
-    /* Cell codes; even: both diagonals would give as many triangles, and some. */
-    void (*code)(uint8_t *code, uint8_t *even, const struct dx_row_edges *edges,
-                 const uint8_t *prefer_bd);
+    /* Cell codes, one byte each, from their three bits. */
+    void (*code)(uint8_t *code, const uint64_t bit[3]);
 
     /* ---- tiles ---- */
 
@@ -219,10 +201,9 @@ struct dx_rows {
     /* Of length 1, to 2^-20; no numbers where f32 cannot tell. */
     void (*unit)(struct dx_row_points *p);
 
-    /* Keeps of the joined pairs those within the cap. unsure: joined, and by less than the margin
-     * on either side of its square; ask integers. Whether there are such. */
-    bool (*cap)(uint8_t *joined, uint8_t *unsure, const struct dx_row_span *span, float cap2,
-                float margin);
+    /* Which pairs are within the cap; unsure: by less than the margin on either side of its square.
+     */
+    struct dx_row_joined (*cap)(const struct dx_row_span *span, float cap2, float margin);
 
     /* ---- normals: from the points of two rows ---- */
 

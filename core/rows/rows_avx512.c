@@ -2,6 +2,7 @@
  */
 #include "core/rows/rows_priv.h"
 
+#include "core/rows/rows_masks.h"
 #include "core/rows/rows_shuffle.h"
 #include "core/rows/rows_table.h"
 

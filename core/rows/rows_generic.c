@@ -1,6 +1,59 @@
 /* The loops for every processor of the kind that is built for. */
 #include "core/rows/rows_priv.h"
 
+#include "core/base/bytes.h"
+
+/* ---- rows to bits --------------------------------------------------------------------------- */
+
+/* Bytes of 0 or 1, a multiple of eight of them. A product puts the lowest bits of eight bytes side
+ * by side. */
+static inline dx_bits pack_bytes(const uint8_t *is, uint32_t n)
+{
+    uint64_t word[2] = {0, 0};
+
+    for (uint32_t at = 0; at < n; at += 8)
+        word[at / 64] |= dx_get_u64(is + at) * 0x0102040810204080u >> 56 << at % 64;
+    return word[0] | (dx_bits)word[1] << 64;
+}
+
+/* All ones or none, DX_ROWS_N of them, to bits. */
+static inline dx_bits pack16(const uint16_t is[DX_ROWS_N])
+{
+    uint8_t byte[DX_ROWS_N];
+
+    for (uint32_t q = 0; q < DX_ROWS_N; q++)
+        byte[q] = is[q] & 1;
+    return pack_bytes(byte, DX_ROWS_N);
+}
+
+/* The same; n is DX_ROWS_N or DX_ROWS_CELLS. */
+static inline dx_bits pack32(const uint32_t *is, uint32_t n)
+{
+    uint8_t byte[DX_ROWS_N];
+
+    for (uint32_t q = 0; q < n; q++)
+        byte[q] = is[q] & 1;
+    return pack_bytes(byte, n);
+}
+
+/* Bits to bytes of 0 or 1, DX_ROWS_CELLS of them; eight at a time: a byte in each of eight, of
+ * which each keeps another bit. */
+static inline uint64_t spread8(uint64_t bits)
+{
+    const uint64_t each = 0x0101010101010101u, kept = (bits & 0xff) * each & 0x8040201008040201u;
+
+    return (kept + 0x7f * each) >> 7 & each;
+}
+
+static void code_row(uint8_t *code, const uint64_t bit[3])
+{
+    for (uint32_t j = 0; j < DX_ROWS_CELLS; j += 8)
+        dx_put_u64(code + j,
+                   spread8(bit[0] >> j) | spread8(bit[1] >> j) << 1 | spread8(bit[2] >> j) << 2);
+}
+
+/* ---- tiles ---------------------------------------------------------------------------------- */
+
 /* The eight bytes of `before`, the least significant first, each plus n. */
 static inline void put_ranks(uint16_t *out, uint64_t before, uint32_t n)
 {

@@ -198,8 +198,7 @@ static void every_set_builds_alike(void **state)
 
 struct measured {
     struct dx_row_points turned, stretched, unit;
-    uint8_t within[DX_ROWS_N], unsure[DX_ROWS_N];
-    bool any_unsure;
+    struct dx_row_joined cap;
 };
 
 struct places {
@@ -224,7 +223,7 @@ static void any_places(struct places *x, struct dx_rng *rng)
     }
 }
 
-/* Half of the pairs are joined; a margin that makes some of them unsure. */
+/* With a margin that makes some pairs unsure. */
 static void measure(struct measured *m, const struct dx_rows *rows, const struct places *x)
 {
     const struct dx_row_points *p = &m->turned;
@@ -236,26 +235,27 @@ static void measure(struct measured *m, const struct dx_rows *rows, const struct
     rows->stretch(&m->stretched, &x->beam, x->r);
     m->unit = x->beam;
     rows->unit(&m->unit);
-    for (uint32_t j = 0; j < DX_ROWS_N; j++)
-        m->within[j] = x->r[j] > 1.005f;
-    m->any_unsure = rows->cap(m->within, m->unsure, &span, 0.1f, 0.02f);
+    m->cap = rows->cap(&span, 0.1f, 0.02f);
 }
 
 /* What the loops promise of a row. */
-static void check_measured(const struct measured *m, const struct places *x)
+static void check_measured(const struct measured *m)
 {
-    uint8_t any = 0;
+    const struct dx_row_points *u = &m->unit, *t = &m->turned;
 
     for (uint32_t j = 0; j < DX_ROWS_N; j++) {
-        const struct dx_row_points *u = &m->unit;
         const double l2 = (double)u->x[j] * (double)u->x[j] + (double)u->y[j] * (double)u->y[j] +
                           (double)u->z[j] * (double)u->z[j];
 
         assert_true(l2 > 1 - 0x1p-19 && l2 < 1 + 0x1p-19);
-        assert_true(x->r[j] > 1.005f || !(m->within[j] | m->unsure[j]));
-        any |= m->unsure[j];
     }
-    assert_int_equal(m->any_unsure, any);
+    for (uint32_t j = 0; j + 1 < DX_ROWS_N; j++) {
+        const double a = (double)(t->x[j] - t->x[j + 1]), b = (double)(t->y[j] - t->y[j + 1]);
+        const double c = (double)(t->z[j] - t->z[j + 1]), more = a * a + b * b + c * c - 0.1;
+
+        assert_int_equal(dx_bits_at(m->cap.unsure, j), fabs(more) <= 0.02);
+        assert_true(fabs(more) <= 0.02 || dx_bits_at(m->cap.joined, j) == (more < 0));
+    }
 }
 
 static void every_set_measures_alike(void **state)
@@ -272,11 +272,9 @@ static void every_set_measures_alike(void **state)
 
         any_places(&x, &rng);
         measure(&want, dx_rows_get(DX_SIMD_GENERIC), &x);
-        check_measured(&want, &x);
-        for (uint32_t j = 0; j < DX_ROWS_N; j++) {
-            n_within += want.within[j];
-            n_unsure += want.unsure[j];
-        }
+        check_measured(&want);
+        n_within += dx_bits_count(want.cap.joined);
+        n_unsure += dx_bits_count(want.cap.unsure);
         for (int s = 0; s < n; s++) {
             measure(&got, sets[s], &x);
             assert_memory_equal(&got, &want, sizeof(want));
