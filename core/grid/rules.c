@@ -21,5 +21,5 @@ bool dx_rules_any(const struct dx_tile *tile)
 
     for (uint32_t k = 0; k < sizeof(tile->code); k++)
         any |= tile->code[k];
-    return any || dx_tile_next_strut(tile, 0) < DX_BLOCK_DEXELS;
+    return any || dx_strut_next(tile->strut, 0) < DX_BLOCK_DEXELS;
 }

@@ -35,4 +35,12 @@ static inline uint32_t dx_bits_count(dx_bits row)
                       __builtin_popcountll((uint64_t)(row >> 64)));
 }
 
+/* Eight bits to eight bytes of 0 or 1: a copy of them in each byte, which keeps another bit. */
+static inline uint64_t dx_bits_spread8(uint64_t bits)
+{
+    const uint64_t each = 0x0101010101010101u, kept = (bits & 0xff) * each & 0x8040201008040201u;
+
+    return (kept + 0x7f * each) >> 7 & each;
+}
+
 #endif

@@ -20,7 +20,8 @@
 #define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
 #define DX_ROWS_CELLS   64 /* cells of a tile's row */
 #define DX_ROWS_CORNERS 72 /* their corners, in whole vectors */
-#define DX_ROWS_SPIN    72 /* dexels of a tile's block row (tile.h: 67), in whole vectors */
+#define DX_ROWS_LANES   20 /* of a hash: a row's 16-bit ranges in words */
+#define DX_ROWS_SLACK   48 /* elements of the longest stores */
 
 enum dx_simd {
     DX_SIMD_AUTO = 0, /* the best that this processor has */
@@ -107,7 +108,13 @@ struct dx_row_bends {
 struct dx_row_spin {
     const float *row;
     float unit_m;
-    float c[DX_ROWS_SPIN], s[DX_ROWS_SPIN];
+    float c[DX_ROWS_N], s[DX_ROWS_N];
+};
+
+/* Which dexels of two block rows are used, and the ranks of the rows' first ones. */
+struct dx_row_ranks {
+    dx_bits top, bottom;
+    uint16_t first_top, first_bottom;
 };
 
 /* A block row's ranges and those of the row above, and which of them are used. */
@@ -157,37 +164,40 @@ struct dx_rows {
     /* Cell codes, one byte each, from their three bits. */
     void (*code)(uint8_t *code, const uint64_t bit[3]);
 
-    /* ---- tiles ---- */
+    /* ---- tiles; what is written to `out` may be followed by up to DX_ROWS_SLACK elements more
+     * ----
+     */
 
-    /* Adds the corners that a row of cells uses to its dexels (1: used). */
-    void (*use)(uint8_t *top, uint8_t *bottom, const uint8_t *code);
+    /* The three bits of a row of cell codes. */
+    void (*bits)(uint64_t bit[3], const uint8_t *code);
 
-    /* Used dexels before each of 8 n_eights; returns how many there are. */
-    uint32_t (*rank)(uint16_t *rank, const uint8_t *used, uint32_t n_eights);
+    /* Used dexels of all rows before each; and of all of them. */
+    void (*count)(uint16_t *first, const dx_bits *row, uint32_t n_rows);
 
-    /* Low halves of the used dexels' ranges, 0 for the others; returns all their bits. */
-    uint32_t (*halves)(uint16_t *out, const uint32_t *range, const uint8_t *used,
-                       uint32_t n_eights);
+    /* DX_ROWS_N ranks, where dexels are used: `first` and those before them in the row. */
+    void (*rank)(uint16_t *rank, dx_bits used, uint16_t first);
 
-    /* Points of the used dexels of a block row, metres, one after the other; three floats more are
-     * written. Returns where the next one goes. */
-    float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range,
-                   const uint8_t *used);
+    /* Content hash of a row of 16-bit ranges, 0 for those that are not used, into all rows'. */
+    void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *range, dx_bits used);
 
-    /* Triangles of a row of cells, as ranks of their corners; eight indices more are written. */
-    uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const uint16_t *top,
-                      const uint16_t *bottom, bool flip);
+    /* Points of the used dexels of a block row, metres, one after the other. Returns where the next
+     * one goes. */
+    float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range, dx_bits used);
+
+    /* Triangles of a row of cells, as ranks of their corners. */
+    uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const struct dx_row_ranks *ranks,
+                      bool flip);
 
     /* ---- encodings: block rows of tiles ---- */
 
-    /* Values of the used dexels, one after the other; eight more may be written. Returns where the
-     * next one goes. The same in 16 bits, little-endian; nothing more is written. */
-    uint32_t *(*keep)(uint32_t *out, const uint32_t *v, const uint8_t *used);
-    uint8_t *(*put16)(uint8_t *out, const uint32_t *v, const uint8_t *used);
+    /* Values of the used dexels, one after the other; and the same in 16 bits. Returns where the
+     * next one goes. */
+    uint32_t *(*keep)(uint32_t *out, const uint32_t *v, dx_bits used);
+    uint16_t *(*keep16)(uint16_t *out, const uint32_t *v, dx_bits used);
 
     /* Folded residuals of each predictor (delta.h) from the neighbours that are used. alone: used,
      * and without a neighbour to tell from; the caller knows better. */
-    void (*deltas)(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], uint8_t *alone,
+    void (*deltas)(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_N], uint8_t *alone,
                    const struct dx_row_delta *row);
 
     /* ---- points ---- */
@@ -214,8 +224,7 @@ struct dx_rows {
                       const uint8_t *code);
 
     /* Two bytes (octahedral.h) of each sum, or of its opposite; 0, 0 where it is not used. */
-    void (*octahedral)(int8_t *out, const struct dx_row_points *sum, const uint8_t *used,
-                       bool flip);
+    void (*octahedral)(int8_t *out, const struct dx_row_points *sum, dx_bits used, bool flip);
 
     struct dx_smoother smoother;
 };

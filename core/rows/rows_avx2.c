@@ -3,6 +3,8 @@
 
 #include "core/rows/rows_movemask.h"
 #include "core/rows/rows_shuffle.h"
+
+#include "core/rows/rows_eights.h"
 #include "core/rows/rows_table.h"
 
 const struct dx_rows dx_rows_avx2 = DX_ROWS_TABLE("avx2");

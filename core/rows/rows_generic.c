@@ -36,20 +36,22 @@ static inline dx_bits pack32(const uint32_t *is, uint32_t n)
     return pack_bytes(byte, n);
 }
 
-/* Bits to bytes of 0 or 1, DX_ROWS_CELLS of them; eight at a time: a byte in each of eight, of
- * which each keeps another bit. */
-static inline uint64_t spread8(uint64_t bits)
-{
-    const uint64_t each = 0x0101010101010101u, kept = (bits & 0xff) * each & 0x8040201008040201u;
-
-    return (kept + 0x7f * each) >> 7 & each;
-}
-
 static void code_row(uint8_t *code, const uint64_t bit[3])
 {
     for (uint32_t j = 0; j < DX_ROWS_CELLS; j += 8)
-        dx_put_u64(code + j,
-                   spread8(bit[0] >> j) | spread8(bit[1] >> j) << 1 | spread8(bit[2] >> j) << 2);
+        dx_put_u64(code + j, dx_bits_spread8(bit[0] >> j) | dx_bits_spread8(bit[1] >> j) << 1 |
+                                 dx_bits_spread8(bit[2] >> j) << 2);
+}
+
+static void bits_row(uint64_t bit[3], const uint8_t *code)
+{
+    for (int k = 0; k < 3; k++) {
+        uint8_t is[DX_ROWS_CELLS];
+
+        for (uint32_t j = 0; j < DX_ROWS_CELLS; j++)
+            is[j] = code[j] >> k & 1;
+        bit[k] = (uint64_t)pack_bytes(is, DX_ROWS_CELLS);
+    }
 }
 
 /* ---- tiles ---------------------------------------------------------------------------------- */
@@ -72,7 +74,7 @@ static inline void put_points(float *restrict out, const float *x, const float *
 }
 
 /* At least six indices, two bytes each, of the corners a, b, d, c: those that `bytes` names
- * (rows_tiles.h). */
+ * (rows_eights.h). */
 static inline void put_corners(uint16_t *out, const uint16_t *top, const uint16_t *bottom,
                                const uint8_t bytes[16])
 {
@@ -100,6 +102,7 @@ static inline void put_full(uint16_t *restrict out, uint64_t on_bd, uint16_t a, 
     }
 }
 
+#include "core/rows/rows_eights.h"
 #include "core/rows/rows_table.h"
 
 const struct dx_rows dx_rows_generic = DX_ROWS_TABLE("generic");

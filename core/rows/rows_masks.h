@@ -1,5 +1,4 @@
-/* From vectors to bits and back by the masks of AVX-512: pack16, pack32 and code_row of
- * rows_generic.c. */
+/* From vectors to bits and back by the masks of AVX-512: what rows_generic.c does there. */
 #include "core/rows/rows.h"
 
 #include <immintrin.h>
@@ -28,4 +27,12 @@ static void code_row(uint8_t *code, const uint64_t bit[3])
     const __m512i two = _mm512_mask_add_epi8(low, bit[1], low, _mm512_set1_epi8(2));
 
     _mm512_storeu_si512(code, _mm512_mask_add_epi8(two, bit[2], two, _mm512_set1_epi8(4)));
+}
+
+static void bits_row(uint64_t bit[3], const uint8_t *code)
+{
+    const __m512i codes = _mm512_loadu_si512(code);
+
+    for (int k = 0; k < 3; k++)
+        bit[k] = _mm512_test_epi8_mask(codes, _mm512_set1_epi8((char)(1 << k)));
 }

@@ -1,4 +1,4 @@
-/* From vectors to bits and back by AVX2: pack16, pack32 and code_row of rows_generic.c. */
+/* From vectors to bits and back by AVX2: what rows_generic.c does there. */
 #include "core/rows/rows.h"
 
 #include <immintrin.h>
@@ -60,5 +60,17 @@ static void code_row(uint8_t *code, const uint64_t bit[3])
 
         _mm256_storeu_si256((__m256i *)(code + at),
                             _mm256_or_si256(_mm256_or_si256(low, middle), high));
+    }
+}
+
+static void bits_row(uint64_t bit[3], const uint8_t *code)
+{
+    const __m256i low = load256(code), high = load256(code + 32);
+
+    for (int k = 0; k < 3; k++) { /* a byte's sign is what masks are made of */
+        const uint32_t first = (uint32_t)_mm256_movemask_epi8(_mm256_slli_epi16(low, 7 - k));
+        const uint32_t second = (uint32_t)_mm256_movemask_epi8(_mm256_slli_epi16(high, 7 - k));
+
+        bit[k] = first | (uint64_t)second << 32;
     }
 }

@@ -152,8 +152,8 @@ static inline int32_t round_lane(float x)
 }
 
 /* The operations are those of dx_octahedral_encode. */
-static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum,
-                           const uint8_t *used, bool flip)
+static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum, dx_bits used,
+                           bool flip)
 {
     const float sign = flip ? -1.0f : 1.0f;
     int32_t u[N], v[N];
@@ -171,8 +171,12 @@ static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum
         u[j] = finite > 0 ? round_lane(to_a * 127) : 0;
         v[j] = finite > 0 ? round_lane(to_b * 127) : 0;
     }
-    for (uint32_t j = 0; j < N; j++) {
-        out[2 * j] = (int8_t)(used[j] ? u[j] : 0);
-        out[2 * j + 1] = (int8_t)(used[j] ? v[j] : 0);
+    for (uint32_t at = 0; at < N; at += 16) {
+        const uint32_t lanes = (uint32_t)(used >> at);
+
+        for (uint32_t j = 0; j < 16; j++) {
+            out[2 * (at + j)] = (int8_t)(lanes & 1u << j ? u[at + j] : 0);
+            out[2 * (at + j) + 1] = (int8_t)(lanes & 1u << j ? v[at + j] : 0);
+        }
     }
 }

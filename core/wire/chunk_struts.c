@@ -12,8 +12,8 @@ uint8_t *dx_chunk_put_struts(uint8_t *p, const struct dx_tile *tile)
     uint32_t n = 0, next = 0;
 
     p += 2;
-    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
-         k = dx_tile_next_strut(tile, k + 1)) {
+    for (uint32_t k = dx_strut_next(tile->strut, 0); k < DX_BLOCK_DEXELS;
+         k = dx_strut_next(tile->strut, k + 1)) {
         for (; k - next >= PASS; next += PASS)
             *p++ = PASS;
         *p++ = (uint8_t)(k - next);
