@@ -2,54 +2,17 @@
 #include "core/grid/area.h"
 
 #include "core/grid/cap.h"
+#include "core/grid/runs.h"
 
 #include <string.h>
-
-/* Columns of the area that follow each other in the grid: `n` of them, from area column `at` on. */
-struct run {
-    uint32_t at, n, col;
-};
-
-/* All of them: one where no border and no seam is near. */
-struct runs {
-    struct run run[DX_AREA];
-    uint32_t n, n_columns;
-};
-
-/* Columns go around where the grid wraps, and end where it does not. */
-static void find_runs(struct runs *runs, int64_t col0, bool wrap, uint32_t width)
-{
-    runs->n = runs->n_columns = 0;
-    for (int64_t q = 0; q < DX_AREA;) {
-        const int64_t col = wrap ? (col0 + q + width) % width : col0 + q;
-        int64_t n = col < 0 ? -col : width - col;
-
-        if (col >= width)
-            break;
-        n = n < DX_AREA - q ? n : DX_AREA - q;
-        if (col >= 0) {
-            runs->run[runs->n++] = (struct run){(uint32_t)q, (uint32_t)n, (uint32_t)col};
-            runs->n_columns += (uint32_t)n;
-        }
-        q += n;
-    }
-}
-
-/* A row of the grid; columns outside it are 0. */
-static void gather_row(uint8_t *out, const uint8_t *row, size_t size, const struct runs *runs)
-{
-    if (runs->n_columns < DX_AREA)
-        memset(out, 0, DX_AREA * size);
-    for (const struct run *r = runs->run; r < runs->run + runs->n; r++)
-        memcpy(out + r->at * size, row + r->col * size, r->n * size);
-}
 
 static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
 {
     return a->row0 + p >= 0 && a->row0 + p < height;
 }
 
-static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, const struct runs *runs)
+static void gather_ranges(struct dx_area *a, const struct dx_plane *plane,
+                          const struct dx_runs *runs)
 {
     const size_t size = plane->range_bytes;
 
@@ -58,7 +21,8 @@ static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, const
         const uint8_t *row = plane->range;
 
         if (in_grid(a, p, plane->height))
-            gather_row(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, runs);
+            dx_runs_gather(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, runs,
+                           DX_AREA);
         else
             memset(out, 0, DX_AREA * size);
         for (uint32_t q = 0; a->wide && size == 2 && q < DX_AREA; q++)
@@ -73,15 +37,14 @@ static void find_valid(struct dx_area *a, const struct dx_rows *rows)
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
-                             const struct dx_geometry *g, const struct runs *runs)
+                             const struct dx_geometry *g, const struct dx_runs *runs)
 {
     for (int e = 0; e < DX_N_EDGES; e++)
         for (uint32_t p = a->first; p < a->end; p++) {
             if (!in_grid(a, p, g->height))
                 continue;
-            gather_row((uint8_t *)a->c[e][p],
-                       (const uint8_t *)(gates->c[e] + (size_t)dx_area_row(a, p) * g->width), 4,
-                       runs);
+            dx_runs_gather(a->c[e][p], gates->c[e] + (size_t)dx_area_row(a, p) * g->width,
+                           sizeof(a->c[e][p][0]), runs, DX_AREA);
             for (uint32_t q = 0; !gates->wide && q < DX_AREA; q++)
                 a->c16[e][p][q] = (uint16_t)a->c[e][p][q];
         }
@@ -92,7 +55,7 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
                     uint32_t tile_col)
 {
     uint32_t row = tile_row * DX_TILE_CELLS, col = tile_col * DX_TILE_CELLS;
-    struct runs runs;
+    struct dx_runs runs;
 
     a->row0 = (int64_t)row - DX_MARGIN;
     a->col0 = (int64_t)col - DX_MARGIN;
@@ -101,7 +64,7 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
     a->first = DX_MARGIN - gates->margin;
     a->end = DX_MARGIN + a->n_rows + 1 + gates->margin;
     a->wide = gates->wide;
-    find_runs(&runs, a->col0, g->wrap, g->width);
+    dx_runs_find(&runs, a->col0, DX_AREA, g->wrap, g->width);
     gather_ranges(a, plane, &runs);
     find_valid(a, gates->rows);
     if (gates->per_dexel)

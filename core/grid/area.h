@@ -23,11 +23,11 @@ struct dx_area {
     bool wide;               /* as the gates: which of the two kinds of ranges is filled */
 
     /* narrow: 16-bit ranges */
-    uint16_t range16[DX_AREA][DX_AREA_STRIDE];
+    uint16_t range16[DX_AREA + 1][DX_AREA_STRIDE];     /* and room for a row below the last */
     uint16_t c16[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
 
     /* wide: 32-bit ranges */
-    uint32_t range[DX_AREA][DX_AREA_STRIDE];
+    uint32_t range[DX_AREA + 1][DX_AREA_STRIDE];
     uint32_t c[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
 
     /* capped only (cap.h): points, units, and what |x| + |y| + |z| is in each row at most */
@@ -103,13 +103,14 @@ static inline struct dx_ends dx_edge_ends(enum dx_edge e)
     return ends[e];
 }
 
-/* Which cells of row p have both ends of an edge among the dexels that `here` (row p) and `below`
- * (row p + 1) tell. */
-static inline dx_bits dx_edge_both(enum dx_edge e, dx_bits here, dx_bits below)
+/* Which cells of row p have both ends of their edges among the dexels that `here` (row p) and
+ * `below` (row p + 1) tell. */
+static inline void dx_edges_both(dx_bits both[DX_N_EDGES], dx_bits here, dx_bits below)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-
-    return (end.p0 ? below : here) >> end.q0 & (end.p1 ? below : here) >> end.q1;
+    both[DX_EDGE_H] = here & here >> 1;
+    both[DX_EDGE_V] = here & below;
+    both[DX_EDGE_AC] = here & below >> 1;
+    both[DX_EDGE_BD] = here >> 1 & below;
 }
 
 /* The tile's own cells, or dexels, of a row: bit j is that of column j. */

@@ -4,6 +4,8 @@
 #include "core/grid/cap.h"
 #include "core/grid/rescue.h"
 
+#include <string.h>
+
 /* Noise terms of the row of a cell's upper corners and of the one below, by area row & 1. */
 struct noise {
     uint16_t row[2][DX_AREA_STRIDE];
@@ -14,6 +16,24 @@ static void fill_noise(struct noise *n, const struct dx_area *a, const struct dx
 {
     if (gates->first_order && !gates->wide)
         gates->rows->noise(n->row[p & 1], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
+}
+
+static void join_narrow(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
+                        const struct dx_gates *gates, uint32_t p)
+{
+    const struct dx_row_pair rows = {a->range16[p], a->range16[p + 1], n->row[p & 1],
+                                     n->row[~p & 1]};
+    const uint16_t *each[DX_N_EDGES];
+    uint16_t c[DX_N_EDGES];
+
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        each[e] = a->c16[e][p];
+        c[e] = gates->per_dexel ? 0 : (uint16_t)gates->c[e][dx_area_row(a, p)];
+    }
+    if (gates->per_dexel)
+        gates->rows->join_each(joined, &rows, each);
+    else
+        gates->rows->join(joined, &rows, c);
 }
 
 /* Where the loop is not sure of a pair that is there: the integers. */
@@ -33,50 +53,47 @@ static dx_bits settle_wide(const struct dx_area *a, dx_bits unsure, const struct
     return joined;
 }
 
-static dx_bits join_wide(const struct dx_area *a, dx_bits there, const struct dx_gates *gates,
-                         enum dx_edge e, uint32_t p)
+static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
+                      const dx_bits there[DX_N_EDGES], const struct dx_gates *gates, uint32_t p)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-    const struct dx_row_wide_pair pair = {.x = a->range[p + end.p0] + end.q0,
-                                          .y = a->range[p + end.p1] + end.q1,
-                                          .t0 = gates->t0,
-                                          .n2 = (double)gates->n2};
-    struct dx_row_joined row;
+    const struct dx_row_wide_pair rows = {a->range[p], a->range[p + 1], gates->t0,
+                                          (double)gates->n2};
+    struct dx_row_joined row[DX_N_EDGES];
+    const uint32_t *each[DX_N_EDGES];
+    uint32_t c[DX_N_EDGES];
 
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        each[e] = a->c[e][p];
+        c[e] = gates->per_dexel ? 0 : gates->c[e][dx_area_row(a, p)];
+    }
     if (gates->per_dexel)
-        row = gates->rows->join_wide_each(&pair, a->c[e][p]);
+        gates->rows->join_wide_each(row, &rows, each);
     else
-        row = gates->rows->join_wide(&pair, gates->c[e][dx_area_row(a, p)]);
-    return row.joined | settle_wide(a, there & row.unsure, gates, e, p);
+        gates->rows->join_wide(row, &rows, c);
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
+        joined[e] = row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p);
 }
 
-static dx_bits join_narrow(const struct dx_area *a, const struct noise *n,
-                           const struct dx_gates *gates, enum dx_edge e, uint32_t p)
+/* A row of edges, by their kinds: bit q is that of cell (p, q). In the paper's mode whatever is
+ * there is joined. */
+static void join_row(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
+                     const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-    const struct dx_row_pair pair = {.x = a->range16[p + end.p0] + end.q0,
-                                     .y = a->range16[p + end.p1] + end.q1,
-                                     .noise_x = n->row[(p + end.p0) & 1] + end.q0,
-                                     .noise_y = n->row[(p + end.p1) & 1] + end.q1};
+    dx_bits there[DX_N_EDGES];
 
-    if (gates->per_dexel)
-        return gates->rows->join_each(&pair, a->c16[e][p]);
-    return gates->rows->join(&pair, (uint16_t)gates->c[e][dx_area_row(a, p)]);
-}
-
-/* A row of edges: bit q is that of cell (p, q). In the paper's mode whatever is there is joined. */
-static dx_bits join_row(const struct dx_area *a, const struct noise *n,
-                        const struct dx_gates *gates, const struct dx_geometry *g, enum dx_edge e,
-                        uint32_t p)
-{
-    const dx_bits there = dx_edge_both(e, a->valid[p], p + 1 < a->end ? a->valid[p + 1] : 0);
-    dx_bits joined = there;
-
-    if (gates->first_order)
-        joined &= gates->wide ? join_wide(a, there, gates, e, p) : join_narrow(a, n, gates, e, p);
-    if (joined != there && gates->rescue)
-        joined |= dx_rescue_row(a, there & ~joined, gates, g, e, p);
-    return joined;
+    dx_edges_both(there, a->valid[p], p + 1 < a->end ? a->valid[p + 1] : 0);
+    memcpy(joined, there, sizeof(there));
+    if (!gates->first_order)
+        return;
+    if (gates->wide)
+        join_wide(joined, a, there, gates, p);
+    else
+        join_narrow(joined, a, n, gates, p);
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        joined[e] &= there[e];
+        if (joined[e] != there[e] && gates->rescue)
+            joined[e] |= dx_rescue_row(a, there[e] & ~joined[e], gates, g, e, p);
+    }
 }
 
 void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g)
@@ -85,13 +102,15 @@ void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct
 
     fill_noise(&noise, a, gates, a->first);
     for (uint32_t p = a->first; p < a->end; p++) {
-        const bool in_grid = a->row0 + p >= 0 && a->row0 + p < g->height;
+        dx_bits joined[DX_N_EDGES] = {0};
 
         if (p + 1 < a->end) /* the last row that is read has none below it */
             fill_noise(&noise, a, gates, p + 1);
+        if (a->row0 + p >= 0 && a->row0 + p < g->height)
+            join_row(joined, a, &noise, gates, g, p);
         for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-            a->joined[e][p] = in_grid ? join_row(a, &noise, gates, g, e, p) : 0;
-            if (gates->cap && a->joined[e][p])
+            a->joined[e][p] = joined[e];
+            if (gates->cap && joined[e])
                 dx_cap_row(a, gates, e, p);
         }
     }

@@ -55,8 +55,11 @@ void dx_mixed_find(struct dx_area *a, const struct dx_gates *gates)
         if (gates->mixed == DX_MIXED_STRICT)
             a->alive[p] &= well_joined(a, p);
     }
-    for (uint32_t p = a->first; p < a->end; p++)
+    for (uint32_t p = a->first; p < a->end; p++) {
+        dx_bits both[DX_N_EDGES];
+
+        dx_edges_both(both, a->alive[p], p + 1 < a->end ? a->alive[p + 1] : 0);
         for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
-            a->edge[e][p] = a->joined[e][p] &
-                            dx_edge_both(e, a->alive[p], p + 1 < a->end ? a->alive[p + 1] : 0);
+            a->edge[e][p] = a->joined[e][p] & both[e];
+    }
 }

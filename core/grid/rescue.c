@@ -42,10 +42,11 @@ static enum fit fit_of(const struct dx_sigma *sigma, struct dx_line line, const 
     double q[3], off, variance = 0, sum = 0, least, most;
 
     for (int k = 0; k < 3; k++) {
+        const double inverse = 1 / (double)range[k];
         double noise;
 
-        q[k] = weight[k] * 0x1p40 / range[k];
-        noise = dx_sigma_at(sigma, range[k]) * q[k] / range[k];
+        q[k] = weight[k] * 0x1p40 * inverse;
+        noise = (double)dx_sigma_at(sigma, range[k]) * q[k] * inverse;
         variance += noise * noise;
         sum += noise;
     }

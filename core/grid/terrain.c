@@ -125,11 +125,12 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
     t->hold = hold_of(&params->ingest);
     t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
+    t->moved = calloc(g->width / DX_TILE_CELLS + 1, sizeof(*t->moved));
     r = dx_plane_init_for(&t->published, g, attr_bytes);
     if (r == 0)
         r = init_stages(t);
     if (r == 0 && (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task ||
-                   !t->scratch || !t->estimate))
+                   !t->scratch || !t->estimate || !t->moved))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
@@ -149,6 +150,7 @@ void dx_terrain_free(struct dx_terrain *t)
     dx_plane_fini(&t->published);
     dx_smoothing_free(t->smoothing);
     dx_estimator_fini(&t->estimator);
+    free(t->moved);
     free(t->estimate);
     free(t->scratch);
     free(t->task);

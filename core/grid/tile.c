@@ -74,15 +74,16 @@ static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile, const st
     uint16_t rank[DX_RANK_ROOM];
 
     dx_used_rank(used, rank);
-    for (uint32_t k = dx_strut_next(tile->strut, 0); k < DX_BLOCK_DEXELS;
-         k = dx_strut_next(tile->strut, k + 1)) {
-        struct dx_lone_strut s;
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        for (dx_bits row = used->strut[i]; row; row &= row - 1) {
+            const uint32_t k = i * DX_BLOCK + dx_bits_first(row);
+            struct dx_lone_strut s;
 
-        if (dx_strut_is_lone(&s, tile->strut[k]))
-            out = emit_lone(out, rank + k, &s, flip);
-        else
-            out = emit_strut(out, rank + k, tile->strut[k], flip);
-    }
+            if (dx_strut_is_lone(&s, tile->strut[k]))
+                out = emit_lone(out, rank + k, &s, flip);
+            else
+                out = emit_strut(out, rank + k, tile->strut[k], flip);
+        }
     return out;
 }
 

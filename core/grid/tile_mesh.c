@@ -3,6 +3,7 @@
  * normals in rank order, triangles. Shared by the daemon's encoders and the client's decoders, so
  * that both get the same bits.
  */
+#include "core/grid/runs.h"
 #include "core/grid/tile_used.h"
 #include "core/rows/rows.h"
 
@@ -17,16 +18,19 @@ struct columns {
 static void find_columns(struct columns *col, const struct dx_tile *tile,
                          const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
+    struct dx_runs runs;
+
+    memset(col, 0, sizeof(*col));
     col->spin.unit_m = g->unit_m;
-    for (uint32_t j = 0; j < DX_ROWS_N; j++)
-        col->spin.c[j] = col->spin.s[j] = 0;
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        col->at[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
-        if (g->model == DX_MODEL_SPINNING) {
-            col->spin.c[j] = g->table[2 * (size_t)col->at[j]];
-            col->spin.s[j] = g->table[2 * (size_t)col->at[j] + 1];
+    dx_runs_find(&runs, (int64_t)tile->col * DX_TILE_CELLS - 1, DX_BLOCK, true, tiling->width);
+    for (const struct dx_run *r = runs.run; r < runs.run + runs.n; r++)
+        for (uint32_t j = 0; j < r->n; j++) {
+            col->at[r->at + j] = r->col + j;
+            if (g->model != DX_MODEL_SPINNING)
+                continue;
+            col->spin.c[r->at + j] = g->table[2 * (size_t)(r->col + j)];
+            col->spin.s[r->at + j] = g->table[2 * (size_t)(r->col + j) + 1];
         }
-    }
 }
 
 /* The points of one block row, stored one after the other: each is written, and kept if used. */

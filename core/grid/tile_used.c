@@ -1,6 +1,7 @@
 /* From the codes of a tile to the dexels they use. */
 #include "core/grid/tile_used.h"
 
+#include "core/base/bytes.h"
 #include "core/rows/rows.h"
 
 #include <string.h>
@@ -59,15 +60,25 @@ static void mark_lone(struct dx_used *used, uint32_t k, struct dx_lone_strut s)
 
 static void mark_struts(struct dx_used *used, const uint8_t *strut)
 {
-    for (uint32_t k = dx_strut_next(strut, 0); k < DX_BLOCK_DEXELS;
-         k = dx_strut_next(strut, k + 1)) {
-        struct dx_lone_strut s;
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
 
-        used->has_struts = true;
-        if (dx_strut_is_lone(&s, strut[k]))
-            mark_lone(used, k, s);
-        else
-            mark_strut(used, k, strut[k]);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const uint8_t *row = strut + i * DX_BLOCK;
+        dx_bits owners = rows->some(row);
+
+        for (uint32_t j = 64; j < DX_BLOCK; j++)
+            owners |= (dx_bits)(row[j] != 0) << j;
+        used->strut[i] = owners;
+        used->has_struts |= owners != 0;
+        for (; owners; owners &= owners - 1) {
+            const uint32_t j = dx_bits_first(owners), k = i * DX_BLOCK + j;
+            struct dx_lone_strut s;
+
+            if (dx_strut_is_lone(&s, row[j]))
+                mark_lone(used, k, s);
+            else
+                mark_strut(used, k, row[j]);
+        }
     }
 }
 
@@ -106,6 +117,8 @@ void dx_used_pack(const struct dx_used *used, uint8_t mask[DX_MASK_BYTES])
         word[at / 64 + 1] |= (uint64_t)(bits >> 64);
         word[at / 64 + 2] |= rest;
     }
-    for (uint32_t k = 0; k < DX_MASK_BYTES; k++)
+    for (uint32_t k = 0; k < DX_MASK_BYTES / 8; k++)
+        dx_put_u64(mask + 8 * (size_t)k, word[k]);
+    for (uint32_t k = DX_MASK_BYTES / 8 * 8; k < DX_MASK_BYTES; k++)
         mask[k] = (uint8_t)(word[k / 8] >> 8 * (k % 8));
 }

@@ -10,6 +10,7 @@
 
 struct dx_used {
     dx_bits row[DX_BLOCK];        /* block rows; bit j: a cell or a strut uses column j */
+    dx_bits strut[DX_BLOCK];      /* bit j: the dexel of column j owns a strut */
     uint16_t first[DX_BLOCK + 1]; /* ranks of their first used dexels; and how many there are */
     bool has_struts;
 };

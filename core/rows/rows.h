@@ -20,7 +20,7 @@
 #define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
 #define DX_ROWS_CELLS   64 /* cells of a tile's row */
 #define DX_ROWS_CORNERS 72 /* their corners, in whole vectors */
-#define DX_ROWS_LANES   20 /* of a hash: a row's 16-bit ranges in words */
+#define DX_ROWS_LANES   24 /* of a hash: words of a row of 16-bit ranges, in whole vectors */
 #define DX_ROWS_SLACK   48 /* elements of the longest stores */
 
 enum dx_simd {
@@ -31,14 +31,17 @@ enum dx_simd {
     DX_N_SIMD,
 };
 
-/* Two rows of 16-bit ranges whose dexels are paired, with the noise terms of their gates. */
+#define DX_ROW_EDGES 4 /* of a cell: H from a to b, V from a to d, AC, BD; in this order */
+
+/* 16-bit ranges of the upper and the lower corners of a row of cells, with the noise terms of their
+ * gates. */
 struct dx_row_pair {
-    const uint16_t *x, *y, *noise_x, *noise_y;
+    const uint16_t *top, *bottom, *noise_top, *noise_bottom;
 };
 
-/* Two rows of 32-bit ranges whose dexels are paired, and the gate's terms (gates.h). */
+/* 32-bit ranges of such rows, and the gate's terms (gates.h). */
 struct dx_row_wide_pair {
-    const uint32_t *x, *y;
+    const uint32_t *top, *bottom;
     double t0, n2;
 };
 
@@ -150,14 +153,19 @@ struct dx_rows {
     /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
     void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
 
-    /* The first-order rule, with one constant or one for each pair. Where one of the two is
-     * missing, it may say either. */
-    dx_bits (*join)(const struct dx_row_pair *pair, uint16_t c);
-    dx_bits (*join_each)(const struct dx_row_pair *pair, const uint16_t *c);
+    /* The edges that the first-order rule joins, by one constant of each kind or by one for each
+     * edge. Where one of the two ends is missing, it may say either. */
+    void (*join)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
+                 const uint16_t c[DX_ROW_EDGES]);
+    void (*join_each)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
+                      const uint16_t *const c[DX_ROW_EDGES]);
 
     /* The same of 32-bit ranges. */
-    struct dx_row_joined (*join_wide)(const struct dx_row_wide_pair *pair, uint32_t c);
-    struct dx_row_joined (*join_wide_each)(const struct dx_row_wide_pair *pair, const uint32_t *c);
+    void (*join_wide)(struct dx_row_joined out[DX_ROW_EDGES], const struct dx_row_wide_pair *rows,
+                      const uint32_t c[DX_ROW_EDGES]);
+    void (*join_wide_each)(struct dx_row_joined out[DX_ROW_EDGES],
+                           const struct dx_row_wide_pair *rows,
+                           const uint32_t *const c[DX_ROW_EDGES]);
 
     struct dx_row_bends narrow, wide;
 
@@ -170,6 +178,9 @@ struct dx_rows {
 
     /* The three bits of a row of cell codes. */
     void (*bits)(uint64_t bit[3], const uint8_t *code);
+
+    /* Which of 64 bytes are not 0. */
+    uint64_t (*some)(const uint8_t *bytes);
 
     /* Used dexels of all rows before each; and of all of them. */
     void (*count)(uint16_t *first, const dx_bits *row, uint32_t n_rows);

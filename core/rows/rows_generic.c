@@ -36,6 +36,32 @@ static inline dx_bits pack32(const uint32_t *is, uint32_t n)
     return pack_bytes(byte, n);
 }
 
+/* Bits to lanes of all ones or none, DX_ROWS_N of them: each keeps another bit of 16. */
+static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
+{
+    static const uint16_t bit[16] = {1,     2,     4,     8,     0x10,   0x20,   0x40,   0x80,
+                                     0x100, 0x200, 0x400, 0x800, 0x1000, 0x2000, 0x4000, 0x8000};
+
+    for (uint32_t at = 0; at < DX_ROWS_N; at += 16) {
+        const uint16_t lanes = (uint16_t)(is >> at);
+
+        for (uint32_t j = 0; j < 16; j++)
+            out[at + j] = (lanes & bit[j]) == bit[j] ? UINT16_MAX : 0;
+    }
+}
+
+static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
+{
+    static const uint32_t bit[4] = {1, 2, 4, 8};
+
+    for (uint32_t at = 0; at < DX_ROWS_N; at += 4) {
+        const uint32_t lanes = (uint32_t)(is >> at);
+
+        for (uint32_t j = 0; j < 4; j++)
+            out[at + j] = (lanes & bit[j]) == bit[j] ? UINT32_MAX : 0;
+    }
+}
+
 static void code_row(uint8_t *code, const uint64_t bit[3])
 {
     for (uint32_t j = 0; j < DX_ROWS_CELLS; j += 8)
@@ -52,6 +78,15 @@ static void bits_row(uint64_t bit[3], const uint8_t *code)
             is[j] = code[j] >> k & 1;
         bit[k] = (uint64_t)pack_bytes(is, DX_ROWS_CELLS);
     }
+}
+
+static uint64_t some_row(const uint8_t *bytes)
+{
+    uint8_t is[64];
+
+    for (uint32_t j = 0; j < 64; j++)
+        is[j] = bytes[j] != 0;
+    return (uint64_t)pack_bytes(is, 64);
 }
 
 /* ---- tiles ---------------------------------------------------------------------------------- */

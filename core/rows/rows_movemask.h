@@ -39,6 +39,31 @@ static inline dx_bits pack32(const uint32_t *is, uint32_t n)
     return word[0] | (dx_bits)word[1] << 64;
 }
 
+static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
+{
+    const __m256i bit = _mm256_setr_epi16(1, 2, 4, 8, 0x10, 0x20, 0x40, 0x80, 0x100, 0x200, 0x400,
+                                          0x800, 0x1000, 0x2000, 0x4000, (short)0x8000);
+
+    for (int at = 0; at < DX_ROWS_N; at += 16) {
+        const __m256i lanes = _mm256_set1_epi16((short)(is >> at));
+
+        _mm256_storeu_si256((__m256i *)(out + at),
+                            _mm256_cmpeq_epi16(_mm256_and_si256(lanes, bit), bit));
+    }
+}
+
+static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
+{
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 0x10, 0x20, 0x40, 0x80);
+
+    for (int at = 0; at < DX_ROWS_N; at += 8) {
+        const __m256i lanes = _mm256_set1_epi32((int)(is >> at));
+
+        _mm256_storeu_si256((__m256i *)(out + at),
+                            _mm256_cmpeq_epi32(_mm256_and_si256(lanes, bit), bit));
+    }
+}
+
 /* `value` in the bytes of the bits that are set. */
 static inline __m256i spread32(uint32_t bits, uint8_t value)
 {
@@ -73,4 +98,13 @@ static void bits_row(uint64_t bit[3], const uint8_t *code)
 
         bit[k] = first | (uint64_t)second << 32;
     }
+}
+
+static uint64_t some_row(const uint8_t *bytes)
+{
+    const __m256i low = _mm256_cmpeq_epi8(load256(bytes), _mm256_setzero_si256());
+    const __m256i high = _mm256_cmpeq_epi8(load256(bytes + 32), _mm256_setzero_si256());
+
+    return ~((uint32_t)_mm256_movemask_epi8(low) | (uint64_t)(uint32_t)_mm256_movemask_epi8(high)
+                                                       << 32);
 }

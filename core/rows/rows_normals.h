@@ -156,8 +156,10 @@ static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum
                            bool flip)
 {
     const float sign = flip ? -1.0f : 1.0f;
+    uint32_t is_used[N];
     int32_t u[N], v[N];
 
+    unpack32(is_used, used);
     for (uint32_t j = 0; j < N; j++) {
         const float x = sum->x[j] * sign, y = sum->y[j] * sign, z = sum->z[j] * sign;
         const float size = fabsf(x) + fabsf(y) + fabsf(z);
@@ -171,12 +173,8 @@ static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum
         u[j] = finite > 0 ? round_lane(to_a * 127) : 0;
         v[j] = finite > 0 ? round_lane(to_b * 127) : 0;
     }
-    for (uint32_t at = 0; at < N; at += 16) {
-        const uint32_t lanes = (uint32_t)(used >> at);
-
-        for (uint32_t j = 0; j < 16; j++) {
-            out[2 * (at + j)] = (int8_t)(lanes & 1u << j ? u[at + j] : 0);
-            out[2 * (at + j) + 1] = (int8_t)(lanes & 1u << j ? v[at + j] : 0);
-        }
+    for (uint32_t j = 0; j < N; j++) {
+        out[2 * j] = (int8_t)((uint32_t)u[j] & is_used[j]);
+        out[2 * j + 1] = (int8_t)((uint32_t)v[j] & is_used[j]);
     }
 }

@@ -1,6 +1,6 @@
 /*
  * The loops of rows.h that decide. Included once by each rows_SET.c, which is compiled for its
- * instruction set and gives the table its name, after its own pack16 and pack32 (rows_generic.c
+ * instruction set and gives the table its name, after its own pack and unpack (rows_generic.c
  * tells what they do). Loops have constant lengths and no branches; each does one kind of
  * arithmetic, so that it becomes vectors of one width.
  */
@@ -63,10 +63,12 @@ static void noise_row(uint16_t *restrict out, const uint16_t *range, uint16_t t0
  * of the difference is compared with the tilt term. The noise term does not fall with range, so the
  * nearer sample has the smaller one.
  */
-static inline __attribute__((always_inline)) dx_bits join_rows(const struct dx_row_pair *pair,
-                                                               const uint16_t *c, uint32_t step)
+static inline __attribute__((always_inline)) dx_bits join_edges(const uint16_t *x,
+                                                                const uint16_t *y,
+                                                                const uint16_t *noise_x,
+                                                                const uint16_t *noise_y,
+                                                                const uint16_t *c, uint32_t step)
 {
-    const uint16_t *x = pair->x, *y = pair->y, *noise_x = pair->noise_x, *noise_y = pair->noise_y;
     uint16_t near[N];
 
     for (uint32_t q = 0; q < N; q++) {
@@ -79,25 +81,42 @@ static inline __attribute__((always_inline)) dx_bits join_rows(const struct dx_r
     return pack16(near);
 }
 
-static dx_bits join_row(const struct dx_row_pair *pair, uint16_t c)
+static inline __attribute__((always_inline)) void join_rows(dx_bits joined[DX_ROW_EDGES],
+                                                            const struct dx_row_pair *rows,
+                                                            const uint16_t *const c[DX_ROW_EDGES],
+                                                            uint32_t step)
 {
-    return join_rows(pair, &c, 0);
+    const uint16_t *a = rows->top, *d = rows->bottom;
+    const uint16_t *noise_a = rows->noise_top, *noise_d = rows->noise_bottom;
+
+    joined[0] = join_edges(a, a + 1, noise_a, noise_a + 1, c[0], step);
+    joined[1] = join_edges(a, d, noise_a, noise_d, c[1], step);
+    joined[2] = join_edges(a, d + 1, noise_a, noise_d + 1, c[2], step);
+    joined[3] = join_edges(a + 1, d, noise_a + 1, noise_d, c[3], step);
 }
 
-static dx_bits join_each_row(const struct dx_row_pair *pair, const uint16_t *c)
+static void join_row(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
+                     const uint16_t c[DX_ROW_EDGES])
 {
-    return join_rows(pair, c, 1);
+    const uint16_t *const each[DX_ROW_EDGES] = {c, c + 1, c + 2, c + 3};
+
+    join_rows(joined, rows, each, 0);
+}
+
+static void join_each_row(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
+                          const uint16_t *const c[DX_ROW_EDGES])
+{
+    join_rows(joined, rows, c, 1);
 }
 
 /*
  * hi - lo <= t0 + (lo c >> 16) + ((lo lo >> 16) n2 >> 16) in f64. Rounding is below 8 * 2^-53 of
  * the sum; the integers cut two products, and the square before it is multiplied.
  */
-static inline __attribute__((always_inline)) struct dx_row_joined join_wide_rows(
-    const struct dx_row_wide_pair *pair, const uint32_t *c, uint32_t step)
+static inline __attribute__((always_inline)) struct dx_row_joined join_wide_edges(
+    const uint32_t *x, const uint32_t *y, double t0, double noise, const uint32_t *c, uint32_t step)
 {
-    const uint32_t *x = pair->x, *y = pair->y;
-    const double t0 = pair->t0, n2 = pair->n2 * 0x1p-32, cut = 3 + 1.001 * 0x1p-16 * pair->n2;
+    const double n2 = noise * 0x1p-32, cut = 3 + 1.001 * 0x1p-16 * noise;
     uint32_t near[N], unsure[N];
 
     for (uint32_t q = 0; q < N; q++) {
@@ -112,13 +131,29 @@ static inline __attribute__((always_inline)) struct dx_row_joined join_wide_rows
     return (struct dx_row_joined){pack32(near, N), pack32(unsure, N)};
 }
 
-static struct dx_row_joined join_wide_row(const struct dx_row_wide_pair *pair, uint32_t c)
+static inline __attribute__((always_inline)) void join_wide_rows(
+    struct dx_row_joined out[DX_ROW_EDGES], const struct dx_row_wide_pair *rows,
+    const uint32_t *const c[DX_ROW_EDGES], uint32_t step)
 {
-    return join_wide_rows(pair, &c, 0);
+    const uint32_t *a = rows->top, *d = rows->bottom;
+
+    out[0] = join_wide_edges(a, a + 1, rows->t0, rows->n2, c[0], step);
+    out[1] = join_wide_edges(a, d, rows->t0, rows->n2, c[1], step);
+    out[2] = join_wide_edges(a, d + 1, rows->t0, rows->n2, c[2], step);
+    out[3] = join_wide_edges(a + 1, d, rows->t0, rows->n2, c[3], step);
 }
 
-static struct dx_row_joined join_wide_each_row(const struct dx_row_wide_pair *pair,
-                                               const uint32_t *c)
+static void join_wide_row(struct dx_row_joined out[DX_ROW_EDGES],
+                          const struct dx_row_wide_pair *rows, const uint32_t c[DX_ROW_EDGES])
 {
-    return join_wide_rows(pair, c, 1);
+    const uint32_t *const each[DX_ROW_EDGES] = {c, c + 1, c + 2, c + 3};
+
+    join_wide_rows(out, rows, each, 0);
+}
+
+static void join_wide_each_row(struct dx_row_joined out[DX_ROW_EDGES],
+                               const struct dx_row_wide_pair *rows,
+                               const uint32_t *const c[DX_ROW_EDGES])
+{
+    join_wide_rows(out, rows, c, 1);
 }

@@ -93,12 +93,12 @@ static void smooth_even(struct dx_smooth_row *restrict r, unsigned k,
 /* `value` where a row is so, 0 elsewhere; n as in struct dx_smooth_row. */
 static inline void spread(float *restrict out, dx_bits is, float value, uint32_t n)
 {
-    for (uint32_t at = 0; at < n; at += DX_SMOOTH_LANES) {
-        const uint32_t lanes = (uint32_t)(is >> at);
+    const int32_t bits = bits_of(value);
+    uint32_t lanes[DX_ROWS_N];
 
-        for (uint32_t j = 0; j < DX_SMOOTH_LANES; j++)
-            out[at + j] = lanes & 1u << j ? value : 0;
-    }
+    unpack32(lanes, is);
+    for (uint32_t j = 0; j < n; j++)
+        out[j] = float_of((int32_t)lanes[j] & bits);
 }
 
 /* What lies between the neighbours that are joined: both, one and the own, or nothing. */

@@ -47,9 +47,9 @@
         .name = set_name, .valid = valid_row, .valid_wide = valid_wide_row, .noise = noise_row,    \
         .join = join_row, .join_each = join_each_row, .join_wide = join_wide_row,                  \
         .join_wide_each = join_wide_each_row, .narrow = BENDS(narrow), .wide = BENDS(wide),        \
-        .code = code_row, .bits = bits_row, .count = count_rows, .rank = rank_row,                 \
-        .digest = digest_row, .spin = spin_row, .emit = emit_row, .keep = keep_row,                \
-        .keep16 = keep16_row, .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row,      \
-        .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,                              \
+        .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows,                 \
+        .rank = rank_row, .digest = digest_row, .spin = spin_row, .emit = emit_row,                \
+        .keep = keep_row, .keep16 = keep16_row, .deltas = deltas_row, .turn = turn_row,            \
+        .stretch = stretch_row, .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,      \
         .octahedral = octahedral_row, .smoother = DX_SMOOTHER,                                     \
     }

@@ -19,25 +19,16 @@ static void count_rows(uint16_t *restrict first, const dx_bits *row, uint32_t n_
 
 /* ---- the hash ------------------------------------------------------------------------------- */
 
-/* Those that are used, and 0 in place of others. */
-static inline void mask_row(uint16_t *restrict out, const uint16_t *range, dx_bits used)
-{
-    for (uint32_t at = 0; at < DX_ROWS_N; at += 16) {
-        const uint16_t lanes = (uint16_t)(used >> at);
-
-        for (uint32_t j = 0; j < 16; j++)
-            out[at + j] = lanes & 1u << j ? range[at + j] : 0;
-    }
-}
-
 /* Each word of a row has a lane of its own, so that lanes become vectors. Odd multipliers. */
 static void digest_row(uint64_t lane[DX_ROWS_LANES], const uint16_t *range, dx_bits used)
 {
-    uint64_t word[DX_ROWS_LANES];
+    uint64_t word[DX_ROWS_LANES] = {0};
     uint16_t kept[DX_ROWS_N];
 
-    mask_row(kept, range, used);
-    memcpy(word, kept, sizeof(word));
+    unpack16(kept, used);
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
+        kept[j] &= range[j];
+    memcpy(word, kept, sizeof(kept));
     for (uint32_t k = 0; k < DX_ROWS_LANES; k++) {
         const uint64_t x = (lane[k] ^ word[k]) * (0x9e3779b185ebca87u + 2 * k);
 

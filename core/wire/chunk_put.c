@@ -113,10 +113,20 @@ size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
 
 /* ---- q16 and delta: a tile as it is --------------------------------------------------------- */
 
+/* Rows of whole tiles fill whole bytes. What is written too much (a byte) the next part mends. */
+static uint8_t *put_whole_codes(uint8_t *out, const struct dx_tile *tile)
+{
+    for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8, out += 3)
+        dx_put_u32(out, dx_codes_pack8(dx_get_u64(tile->code + k)));
+    return out;
+}
+
 static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
 {
     struct dx_bit_writer b = {out, 0, 0};
 
+    if (tile->cell_cols == DX_TILE_CELLS)
+        return put_whole_codes(out, tile);
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
         const uint8_t *code = tile->code + DX_TILE_CELLS * i;
 
@@ -168,14 +178,15 @@ static uint32_t count_triangles(const struct dx_tile *tile, const struct dx_used
 
     for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8)
         n += dx_codes_count8(dx_get_u64(tile->code + k));
-    for (uint32_t k = used->has_struts ? dx_strut_next(tile->strut, 0) : DX_BLOCK_DEXELS;
-         k < DX_BLOCK_DEXELS; k = dx_strut_next(tile->strut, k + 1)) {
-        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
-        struct dx_lone_strut s;
+    for (uint32_t i = 0; used->has_struts && i < DX_BLOCK; i++)
+        for (dx_bits row = used->strut[i]; row; row &= row - 1) {
+            const uint8_t code = tile->strut[i * DX_BLOCK + dx_bits_first(row)];
+            struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+            struct dx_lone_strut s;
 
-        n += dx_strut_is_lone(&s, tile->strut[k]) ? (uint32_t)s.first + s.second
-                                                  : dx_strut_triangles(triangle, tile->strut[k]);
-    }
+            n += dx_strut_is_lone(&s, code) ? (uint32_t)s.first + s.second
+                                            : dx_strut_triangles(triangle, code);
+        }
     return n;
 }
 
@@ -196,10 +207,10 @@ static size_t put_tile(uint8_t *out, const struct dx_tile *tile, enum dx_encodin
     h.n_triangles = (uint16_t)count_triangles(tile, &used);
     p = put_tile_attrs(put_header(out, &h), tile, &used);
     if (encoding == DX_ENCODING_Q16) {
-        p = dx_chunk_put_struts(put_codes(p, tile), tile);
+        p = dx_chunk_put_struts(put_codes(p, tile), tile, &used);
         p = put_ranges(p, tile, &used);
     } else {
-        p = dx_chunk_put_struts(dx_delta_put_codes(p, tile), tile);
+        p = dx_chunk_put_struts(dx_delta_put_codes(p, tile), tile, &used);
         p = dx_delta_put_ranges(p, tile, &used);
     }
     return (size_t)(put_tile_normals(p, tile, &used) - out);
