@@ -120,7 +120,7 @@ static const struct dx_row_bends *loops(const struct dx_area *a, const struct dx
 
 static void *inverse_at(struct dx_diagonal *d, const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return a->wide ? (void *)(d->inverse.wide[p & 3] + q) : (void *)(d->inverse.narrow[p & 3] + q);
+    return a->wide ? (void *)(d->inverse.wide[p & 7] + q) : (void *)(d->inverse.narrow[p & 7] + q);
 }
 
 static const void *range_at(const struct dx_area *a, uint32_t p, uint32_t q)
@@ -159,7 +159,7 @@ static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
     const void *const inverse[3] = {inverse_at(d, a, p - 1, DX_MARGIN - 1),
                                     inverse_at(d, a, p, DX_MARGIN - 1),
                                     inverse_at(d, a, p + 1, DX_MARGIN - 1)};
-    struct dx_row_residuals *out = &d->line[p & 1];
+    struct dx_row_residuals *out = &d->line[p & 3];
     const uint32_t row = dx_area_row(a, p);
 
     if (!has_lines(a, g, p))
@@ -184,8 +184,8 @@ static struct dx_row_preference bend_row(struct dx_diagonal *d, const struct dx_
                                          uint32_t p)
 {
     const bool lines = has_lines(a, g, p) && has_lines(a, g, p + 1);
-    const struct dx_row_bend row = {.top = &d->line[p & 1],
-                                    .bottom = &d->line[~p & 1],
+    const struct dx_row_bend row = {.top = &d->line[p & 3],
+                                    .bottom = &d->line[(p + 1) & 3],
                                     .inverse = inverse_at(d, a, p, DX_MARGIN),
                                     .range = range_at(a, p, DX_MARGIN),
                                     .range_below = range_at(a, p + 1, DX_MARGIN),
@@ -199,9 +199,10 @@ void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const str
 {
     if (gates->diag != DX_DIAG_BEND)
         return;
-    for (uint32_t p = DX_MARGIN - 1; p <= DX_MARGIN + 1; p++)
+    for (uint32_t p = DX_MARGIN - 1; p <= DX_MARGIN + 3; p++)
         invert_row(d, a, gates, p);
     residual_row(d, a, gates, g, DX_MARGIN);
+    residual_row(d, a, gates, g, DX_MARGIN + 1);
 }
 
 struct dx_row_preference dx_diagonal_row(struct dx_diagonal *d, const struct dx_area *a,
@@ -210,7 +211,7 @@ struct dx_row_preference dx_diagonal_row(struct dx_diagonal *d, const struct dx_
 {
     if (gates->diag != DX_DIAG_BEND)
         return (struct dx_row_preference){0, gates->diag != DX_DIAG_FIXED ? UINT64_MAX : 0};
-    invert_row(d, a, gates, p + 2);
-    residual_row(d, a, gates, g, p + 1);
+    invert_row(d, a, gates, p + 4);
+    residual_row(d, a, gates, g, p + 2);
     return bend_row(d, a, gates, g, p);
 }
