@@ -310,10 +310,10 @@ static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
                           const struct lone_row *row, uint32_t p, uint32_t q)
 {
     const struct place n = {p - 1, q}, s = {p + 1, q}, w = {p, q - 1}, e = {p, q + 1};
-    bool down = dx_bits_at(row->ends[0], q) & row->faces[0] &
-                dx_gates_pass(gates, range_at(a, n), range_at(a, s), row->c[0]);
-    bool across = dx_bits_at(row->ends[1], q) & row->faces[1] &
-                  dx_gates_pass(gates, range_at(a, w), range_at(a, e), row->c[1]);
+    const bool down_passes = dx_gates_pass(gates, range_at(a, n), range_at(a, s), row->c[0]);
+    const bool across_passes = dx_gates_pass(gates, range_at(a, w), range_at(a, e), row->c[1]);
+    bool down = dx_bits_at(row->ends[0], q) & row->faces[0] & down_passes;
+    bool across = dx_bits_at(row->ends[1], q) & row->faces[1] & across_passes;
     unsigned sides;
 
     if (gates->cap) {

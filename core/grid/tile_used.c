@@ -52,10 +52,10 @@ static void mark_lone(struct dx_used *used, uint32_t k, struct dx_lone_strut s)
     const uint32_t i = k / DX_BLOCK, above = i - (i > 0), below = i + (i + 1 < DX_BLOCK);
     const dx_bits here = (dx_bits)1 << k % DX_BLOCK;
 
-    used->row[above] |= !s.across | s.first ? here : 0;
-    used->row[i] |= s.across | s.first ? here >> 1 : 0;
-    used->row[i] |= s.across | s.second ? here << 1 : 0;
-    used->row[below] |= !s.across | s.second ? here : 0;
+    used->row[above] |= (!s.across | s.first) ? here : 0;
+    used->row[i] |= (s.across | s.first) ? here >> 1 : 0;
+    used->row[i] |= (s.across | s.second) ? here << 1 : 0;
+    used->row[below] |= (!s.across | s.second) ? here : 0;
 }
 
 static void mark_struts(struct dx_used *used, const uint8_t *strut)
