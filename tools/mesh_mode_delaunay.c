@@ -179,6 +179,7 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
     begin(&w, NULL);
     if (rc == 0)
         put_stats(job->stats, &stats, c);
+    job->mesh->n_pinched = rc == 0 ? stats.n_pinched : 0;
     dx_neighbours_fini(&w.nb);
     free(w.normals);
     return rc;
@@ -186,7 +187,7 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
 
 const struct dx_mesh_mode dx_mesh_mode_delaunay = {
     .name = "delaunay",
-    .about = "by a Delaunay triangulation around each point: Gopi 2000.\n",
+    .about = "by a Delaunay triangulation around each point: Gopi, Krishnan and Silva 2000.\n",
     .help = help,
     .options = options,
     .config_len = sizeof(struct config),

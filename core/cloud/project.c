@@ -142,6 +142,7 @@ static void count_states(struct dx_project_run *run)
         run->stats->n_completed += run->state[k] == DX_COMPLETED;
         run->stats->n_boundary += run->state[k] == DX_BOUNDARY;
         run->stats->n_isolated += run->state[k] == DX_FREE;
+        run->stats->n_pinched += dx_ring_n_chains(&run->rings, run->point[k].ring) > 1;
     }
     run->stats->peak_rings = run->rings.n_peak;
     run->stats->peak_ring_len = run->rings.peak_len;
