@@ -107,7 +107,7 @@ deps:
 # No loop of core/rows looks at floating-point exceptions; without them selections become vectors.
 $(B)/obj/core/rows/rows_%.o: override CFLAGS += -fno-trapping-math -fno-math-errno
 $(B)/obj/core/rows/rows_avx2.o: override CFLAGS += -mavx2
-$(B)/obj/core/rows/rows_avx512.o: override CFLAGS += -march=x86-64-v4 -mprefer-vector-width=512
+$(B)/obj/core/rows/rows_avx512.o: override CFLAGS += -march=x86-64-v4 -mavx512vbmi2 -mprefer-vector-width=512
 $(B)/obj/%.o: %.c Makefile
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
@@ -254,8 +254,10 @@ bench-peers: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
 bench-clouds: all
 	@B=$(B) sh tests/bench/clouds.sh
+	@B=$(B) sh tests/bench/smooth_table.sh
 bench-peers-clouds: all
 	@B=$(B) sh tests/peers/bench_peers_clouds.sh
+	@B=$(B) sh tests/peers/bench_peers_smooth.sh
 PEERS := $(B)/peers/depth_pcd $(B)/peers/mesh_counts
 .PHONY: gallery bench-clouds
 gallery: all

@@ -14,6 +14,7 @@ struct dx_cloud_mesh {
     double *xyz; /* [n_points][3] vertices that a mode gave; NULL: the input's */
     float *normal;
     uint32_t n_points;
+    uint32_t n_pinched; /* points in which several fans of triangles meet, as the mode tells */
 };
 
 /* Takes a triangle, as numbers of points, to the left around it seen from outside. The first

@@ -18,8 +18,7 @@
 #define CLOUD_LEN  17 /* and then */
 #define GROW_LEN   36 /* two triangles, while their number grows */
 #define FINISH_LEN 40 /* and then, with the vertices and where they came from */
-#define COUNT_LEN  28 /* edges and components, for the statistics */
-#define REPAIR_LEN 94 /* edges, mates and fans, for the repair */
+#define REPAIR_LEN 94 /* edges, mates and fans, where fans must be told apart; more than statistics */
 
 #define MANY       1000000 /* points from which on the memory is told without being asked */
 
@@ -70,8 +69,7 @@ static uint64_t max_of(uint64_t a, uint64_t b)
 /* Bytes that n points will take. */
 static uint64_t need(const struct dx_mesh_cloud_args *a, size_t n)
 {
-    const uint64_t after_len = a->repair.asked ? REPAIR_LEN : a->stats ? COUNT_LEN : 0;
-    const uint64_t finish_len = FINISH_LEN + after_len;
+    const uint64_t finish_len = FINISH_LEN + REPAIR_LEN;
 
     return n * (READ_LEN +
                 max_of(SORT_LEN, CLOUD_LEN + max_of(finish_len, GROW_LEN + a->mode->point_len)));
@@ -137,6 +135,16 @@ static int print_stats(const struct dx_mesh *mesh, const struct dx_mesh_job *job
     return dx_json_print(j, "dexel mesh");
 }
 
+/* A vertex for each fan of triangles: the mesh is a manifold then. */
+static int split_fans(struct dx_mesh *mesh, const struct dx_mesh_job *job)
+{
+    struct dx_mesh_repair counts = {0};
+    int rc = job->mesh->n_pinched ? dx_mesh_repair(mesh, 0, &counts) : 0;
+
+    json_object_set_new(job->stats, "split_vertices", json_integer(counts.split));
+    return rc;
+}
+
 /* What the mode made, written and counted. */
 static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *job,
                   struct times *t, struct dx_err *err)
@@ -147,6 +155,11 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
     struct dx_mesh mesh;
     int rc = dx_cloud_mesh_make(&mesh, job->mesh, job->xyz, job->n_input, &write);
 
+    if (rc == 0 && !a->repair.asked) {
+        rc = split_fans(&mesh, job);
+        if (rc < 0)
+            dx_mesh_fini(&mesh);
+    }
     add_since(&t->mesh_s, &t->mesh_cpu_s, &start);
     if (rc < 0)
         return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->source.path, job->cloud->n,

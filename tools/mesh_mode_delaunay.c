@@ -63,7 +63,7 @@ struct found {
 };
 
 static const struct found by_noise[] = {
-    {0.15, 16, 16, TURN}, {0.45, 24, 16, SHADOW}, {0.7, 48, 32, SHADOW}, {1e300, 64, 64, SHADOW}};
+    {0.15, 16, 16, TURN}, {0.25, 24, 16, SHADOW}, {0.7, 48, 32, SHADOW}, {1e300, 64, 64, SHADOW}};
 
 static void find_parameters(struct config *c, const struct dx_mesh_job *job)
 {
@@ -179,6 +179,7 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
     begin(&w, NULL);
     if (rc == 0)
         put_stats(job->stats, &stats, c);
+    job->mesh->n_pinched = rc == 0 ? stats.n_pinched : 0;
     dx_neighbours_fini(&w.nb);
     free(w.normals);
     return rc;
@@ -186,7 +187,7 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
 
 const struct dx_mesh_mode dx_mesh_mode_delaunay = {
     .name = "delaunay",
-    .about = "by a Delaunay triangulation around each point: Gopi 2000.\n",
+    .about = "by a Delaunay triangulation around each point: Gopi, Krishnan and Silva 2000.\n",
     .help = help,
     .options = options,
     .config_len = sizeof(struct config),

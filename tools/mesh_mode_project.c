@@ -111,6 +111,7 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
     rc = dx_project(&stats, job->cloud, &p, &sink, err);
     if (rc == 0)
         put_stats(job->stats, &stats, &p);
+    job->mesh->n_pinched = rc == 0 ? stats.n_pinched : 0;
     return rc;
 }
 

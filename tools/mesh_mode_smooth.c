@@ -129,7 +129,7 @@ const struct dx_mesh_mode dx_mesh_mode_smooth = {
     .help = help,
     .options = options,
     .config_len = sizeof(struct dx_smooth_job_config),
-    .point_len = 180, /* points and clouds of two stages, what goes between them */
+    .point_len = 260, /* meshing all points: half-edges, neighbours, the clouds of two stages */
     .defaults = defaults,
     .run = run,
 };

@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 
 const char *const dx_smooth_stages[DX_N_SMOOTH_STAGES] = {
     [DX_STAGE_SMOOTH] = "smooth", [DX_STAGE_CLUSTER] = "cluster", [DX_STAGE_REDUCE] = "reduce",
@@ -17,6 +18,37 @@ struct run {
     const struct dx_smooth_job_config *config;
     struct dx_stages s;
 };
+
+/* A stage's time on the wall, and of all threads on their processors, which other work that runs
+ * beside lengthens less. */
+struct watch {
+    uint64_t start_ns;
+    double cpu_s;
+};
+
+static double cpu_now(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static struct watch watch_now(void)
+{
+    return (struct watch){dx_now_ns(), cpu_now()};
+}
+
+static void put_stage(const struct run *r, const char *name, const struct watch *w)
+{
+    json_t *stats = r->job->stats;
+
+    dx_mesh_job_stage(r->job, name, dx_seconds_since(w->start_ns));
+    if (!json_object_get(stats, "processor_seconds"))
+        json_object_set_new(stats, "processor_seconds", json_object());
+    json_object_set_new(json_object_get(stats, "processor_seconds"), name,
+                        json_real(cpu_now() - w->cpu_s));
+}
 
 static void put_count(const struct run *r, const char *name, uint64_t n)
 {
@@ -41,14 +73,14 @@ static int smooth(struct run *r, uint32_t pass, struct dx_err *err)
     const struct dx_cloud_smooth_config config = {c->sw, c->sr, c->fit == 1};
     struct dx_cloud_smooth_scale scale;
     struct dx_cloud_smooth_stats stats;
-    const uint64_t start = dx_now_ns();
+    const struct watch start = watch_now();
     const double step = r->s.cloud.step;
     char name[24];
     int rc = dx_stages_smooth(&r->s, &scale, &stats, &config, err);
 
     if (rc < 0)
         return rc;
-    dx_mesh_job_stage(r->job, pass_name(name, "smooth", pass), dx_seconds_since(start));
+    put_stage(r, pass_name(name, "smooth", pass), &start);
     dx_mesh_job_tell(r->job,
                      "spacing %.3g, noise %.3g, radius of curvature %.3g; sw %.3g, sr %.3g of "
                      "spacings, fit %s: moved by %.3g, %u points left as they were",
@@ -76,12 +108,12 @@ static int cluster(struct run *r, struct dx_err *err)
         c->max_points && c->max_points < c->min_points ? c->max_points : c->min_points;
     const struct dx_cluster_config config = {(enum dx_cluster_split)c->split, c->max_variation,
                                              least, c->max_points};
-    const uint64_t start = dx_now_ns();
+    const struct watch start = watch_now();
     int rc = dx_stages_cluster(&r->s, &config, err);
 
     if (rc < 0)
         return rc;
-    dx_mesh_job_stage(r->job, "cluster", dx_seconds_since(start));
+    put_stage(r, "cluster", &start);
     dx_mesh_job_tell(r->job, "%u clusters of %u to %u points, variation %g, split %s",
                      r->s.clusters.n, least, c->max_points, c->max_variation,
                      c->split == DX_CLUSTER_ACROSS ? "v3" : "v1");
@@ -91,12 +123,12 @@ static int cluster(struct run *r, struct dx_err *err)
 
 static int reduce(struct run *r, struct dx_err *err)
 {
-    const uint64_t start = dx_now_ns();
+    const struct watch start = watch_now();
     int rc = dx_stages_reduce(&r->s, err);
 
     if (rc < 0)
         return rc;
-    dx_mesh_job_stage(r->job, "reduce", dx_seconds_since(start));
+    put_stage(r, "reduce", &start);
     put_count(r, "representatives", r->s.reduced.n);
     put_count(r, "medoids", r->s.reduced.n_medoids);
     put_count(r, "merged", r->s.reduced.n_merged);
@@ -106,7 +138,7 @@ static int reduce(struct run *r, struct dx_err *err)
 static int grow(struct run *r, struct dx_err *err)
 {
     const struct dx_smooth_job_config *c = r->config;
-    const uint64_t start = dx_now_ns();
+    const struct watch start = watch_now();
     struct dx_grow_config config;
     struct dx_grow_stats stats;
     int rc;
@@ -120,7 +152,7 @@ static int grow(struct run *r, struct dx_err *err)
     rc = dx_stages_grow(&r->s, &stats, &config, err);
     if (rc < 0)
         return rc;
-    dx_mesh_job_stage(r->job, "grow", dx_seconds_since(start));
+    put_stage(r, "grow", &start);
     dx_mesh_job_tell(r->job, "%u triangles of %u points, %u edges at borders; %u points left over",
                      stats.n_triangles, r->s.mesh.edges.n_vertices, stats.n_border, stats.n_unused);
     put_count(r, "grown_triangles", stats.n_triangles);
@@ -131,7 +163,7 @@ static int grow(struct run *r, struct dx_err *err)
 
 static int refine(struct run *r, uint32_t pass, struct dx_err *err)
 {
-    const uint64_t start = dx_now_ns();
+    const struct watch start = watch_now();
     struct dx_refine_config config;
     struct dx_refine_stats stats;
     char name[24], counted[40];
@@ -142,7 +174,7 @@ static int refine(struct run *r, uint32_t pass, struct dx_err *err)
     rc = dx_stages_refine(&r->s, &stats, &config, err);
     if (rc < 0)
         return rc;
-    dx_mesh_job_stage(r->job, pass_name(name, "refine", pass), dx_seconds_since(start));
+    put_stage(r, pass_name(name, "refine", pass), &start);
     dx_mesh_job_tell(r->job, "%u of %u edges were off the points: %u triangles", stats.n_off,
                      stats.n_edges, r->s.mesh.edges.n_faces);
     snprintf(counted, sizeof(counted), "%s_triangles", name);
@@ -236,12 +268,12 @@ static int put_mesh(struct run *r)
 static int put_points(struct run *r, struct dx_err *err)
 {
     struct dx_stages *s = &r->s;
-    const uint64_t start = dx_now_ns();
+    const struct watch start = watch_now();
     const int rc = dx_stages_orient(s, r->job->viewpoint, err);
 
     if (rc < 0)
         return rc;
-    dx_mesh_job_stage(r->job, "orient", dx_seconds_since(start));
+    put_stage(r, "orient", &start);
     if (s->reduced.n) {
         dx_cloud_mesh_points(r->job->mesh, s->reduced.xyz[0], s->reduced.normal[0], s->reduced.n);
         s->reduced.xyz = NULL;

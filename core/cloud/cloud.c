@@ -3,6 +3,7 @@
 #include "core/cloud/cloud.h"
 
 #include "core/cloud/dexels.h"
+#include "core/cloud/pages.h"
 
 #include <errno.h>
 #include <math.h>
@@ -106,7 +107,6 @@ static void set_frame(struct dx_cloud *c, const struct bounds *b)
         c->axis[k] = (depth + 1 + k) % 3;
         c->origin[k] = b->low[c->axis[k]];
     }
-    dx_dexels_size(c, extent[c->axis[0]] / c->step, extent[c->axis[1]] / c->step);
 }
 
 static void snap_run(void *ctx, uint32_t task, unsigned thread)
@@ -120,12 +120,26 @@ static void snap_run(void *ctx, uint32_t task, unsigned thread)
         const double *p = l->xyz + 3 * k;
         int32_t *at = l->input.at[k];
 
-        l->input.dexel[k] = DX_DEXEL_NONE;
-        if (!is_finite(p))
+        l->input.dexel[k] = is_finite(p) ? 0 : DX_DEXEL_NONE;
+        if (l->input.dexel[k] == DX_DEXEL_NONE)
             continue;
         for (int i = 0; i < 3; i++)
             at[i] = (int32_t)rint((p[c->axis[i]] - c->origin[i]) / c->step);
-        l->input.dexel[k] = (uint32_t)(at[0] / c->side) * c->cols + (uint32_t)(at[1] / c->side);
+    }
+}
+
+static void place_run(void *ctx, uint32_t task, unsigned thread)
+{
+    struct load *l = ctx;
+    const struct dx_cloud *c = l->cloud;
+    size_t end = (size_t)(task + 1) * RUN;
+
+    (void)thread;
+    for (size_t k = (size_t)task * RUN; k < end && k < l->n; k++) {
+        const int32_t *at = l->input.at[k];
+
+        if (l->input.dexel[k] != DX_DEXEL_NONE)
+            l->input.dexel[k] = dx_dexel_place(c, 0, at[0]) * c->cols + dx_dexel_place(c, 1, at[1]);
     }
 }
 
@@ -135,8 +149,8 @@ static int load(struct load *l, struct dx_pool *pool, struct dx_err *err)
     struct bounds b;
 
     l->bounds = malloc(n_runs(l->n) * sizeof(*l->bounds));
-    l->input.at = malloc(l->n * sizeof(*l->input.at));
-    l->input.dexel = malloc(l->n * sizeof(*l->input.dexel));
+    l->input.at = dx_pages_new(l->n * sizeof(*l->input.at));
+    l->input.dexel = dx_pages_new(l->n * sizeof(*l->input.dexel));
     if (!l->bounds || !l->input.at || !l->input.dexel)
         return dx_err_set(err, -ENOMEM, "no memory for %zu points", l->n);
     dx_pool_run(pool, n_runs(l->n), bound_run, l);
@@ -151,6 +165,8 @@ static int load(struct load *l, struct dx_pool *pool, struct dx_err *err)
     set_frame(c, &b);
     dx_pool_run(pool, n_runs(l->n), snap_run, l);
     l->input.n = (uint32_t)l->n;
+    dx_dexels_size(c, &l->input);
+    dx_pool_run(pool, n_runs(l->n), place_run, l);
     if (dx_dexels_fill(c, &l->input, pool) < 0)
         return dx_err_set(err, -ENOMEM, "no memory for %zu points", l->n);
     return 0;

@@ -30,6 +30,8 @@ struct dx_cloud {
     uint32_t *index;        /* [n] the point's number in the input, the lowest of its duplicates */
     uint32_t rows, cols;    /* dexels */
     int32_t side;           /* of a dexel, steps */
+    int32_t low[2];         /* where the first row and column begin; what is before them or beyond
+                               the last is in the outermost dexels */
     uint32_t *start;        /* [rows * cols + 1] ranks of dexel (i, j): from start[i * cols + j] */
 };
 

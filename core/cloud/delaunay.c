@@ -43,7 +43,10 @@ static void count_states(struct dx_delaunay_run *run)
     for (uint32_t r = 0; r < run->cloud->n; r++) {
         run->stats->n_completed += run->ring[r] == DX_RING_WHOLE;
         run->stats->n_isolated += run->ring[r] == 0;
-        run->stats->n_boundary += run->ring[r] != DX_RING_WHOLE && run->ring[r] != 0;
+        if (run->ring[r] == DX_RING_WHOLE || run->ring[r] == 0)
+            continue;
+        run->stats->n_boundary++;
+        run->stats->n_pinched += dx_ring_n_chains(&run->rings, run->ring[r]) > 1;
     }
 }
 

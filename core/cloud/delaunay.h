@@ -38,6 +38,7 @@ struct dx_delaunay_stats {
     uint64_t n_by_votes[4];                       /* that 1, 2 and 3 corners found */
     uint32_t n_loop_triangles;                    /* to fill holes */
     uint32_t n_completed, n_boundary, n_isolated; /* points */
+    uint32_t n_pinched; /* of n_boundary, points in which several fans of triangles meet */
     uint32_t n_widened;                           /* points that looked beyond their neighbours */
     uint32_t n_open; /* points whose star was not agreed on by all; rims among them */
 };

@@ -2,6 +2,9 @@
  */
 #include "core/cloud/dexels.h"
 
+#include "core/cloud/bulk.h"
+#include "core/cloud/pages.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdbool.h>
@@ -11,8 +14,12 @@
 #define DEXELS_A_TASK  4096
 #define FEW            24 /* points that insertion sorts fastest */
 
-void dx_dexels_size(struct dx_cloud *c, double row_extent, double col_extent)
+void dx_dexels_size(struct dx_cloud *c, const struct dx_dexel_input *in)
 {
+    const int32_t(*at)[3] = (const int32_t(*)[3])in->at;
+    const struct dx_bulk row = dx_bulk_find(at, in->dexel, in->n, 0),
+                         col = dx_bulk_find(at, in->dexel, in->n, 1);
+    const double row_extent = row.high - row.low, col_extent = col.high - col.low;
     double n_dexels = floor(c->n / (double)POINTS_A_DEXEL) + 1, longer, side;
 
     longer = row_extent > col_extent ? row_extent : col_extent;
@@ -21,9 +28,10 @@ void dx_dexels_size(struct dx_cloud *c, double row_extent, double col_extent)
     side = side > longer / n_dexels ? side : longer / n_dexels;
     side = floor(side) + 1;
     c->side = (int32_t)side;
-    /* the last point may be snapped beyond the extent */
-    c->rows = (uint32_t)(rint(row_extent) / side) + 1;
-    c->cols = (uint32_t)(rint(col_extent) / side) + 1;
+    c->low[0] = row.low;
+    c->low[1] = col.low;
+    c->rows = (uint32_t)(row_extent / side) + 1;
+    c->cols = (uint32_t)(col_extent / side) + 1;
 }
 
 /* Depth, then the other coordinates, then the number in the input: a total order. */
@@ -168,9 +176,9 @@ int dx_dexels_fill(struct dx_cloud *c, const struct dx_dexel_input *in, struct d
     struct fill f = {.cloud = c, .in = in};
     uint32_t n_tasks = (n_dexels(c) + DEXELS_A_TASK - 1) / DEXELS_A_TASK, kept = 0;
 
-    c->start = calloc((size_t)n_dexels(c) + 1, sizeof(*c->start));
-    c->index = malloc(c->n * sizeof(*c->index));
-    c->at = malloc(c->n * sizeof(*c->at));
+    c->start = dx_pages_new_zeroed(((size_t)n_dexels(c) + 1) * sizeof(*c->start));
+    c->index = dx_pages_new(c->n * sizeof(*c->index));
+    c->at = dx_pages_new(c->n * sizeof(*c->at));
     f.n_kept = malloc(n_tasks * sizeof(*f.n_kept));
     if (!c->start || !c->index || !c->at || !f.n_kept) {
         free(f.n_kept);

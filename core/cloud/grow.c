@@ -14,6 +14,7 @@ void dx_grow_defaults(struct dx_grow_config *config)
                                       .max_bend_deg = 100,
                                       .max_angle_deg = 140,
                                       .max_ratio = 3,
+                                      .max_lean_deg = 65,
                                       .n_rounds = 3,
                                       .max_loop = 16};
 }
@@ -173,6 +174,8 @@ static int check(const struct dx_grow_config *c, struct dx_err *err)
         return dx_err_set(err, -EINVAL,
                           "an edge is %g times the nearest distance, expected 1 to 100",
                           c->max_ratio);
+    if (!(c->max_lean_deg > 0 && c->max_lean_deg <= 90))
+        return dx_err_set(err, -EINVAL, "a lean is %g degrees, expected 0 to 90", c->max_lean_deg);
     if (c->max_loop > DX_GROW_MAX_LOOP)
         return dx_err_set(err, -EINVAL, "holes of %u edges, expected at most %d", c->max_loop,
                           DX_GROW_MAX_LOOP);
@@ -186,6 +189,7 @@ static void set_angles(struct dx_grow_run *run)
     for (double bend = c->bend_deg; bend < c->max_bend_deg + 1e-9; bend += c->bend_step_deg)
         run->cos_bend[run->n_bends++] = dx_cos(dx_rad(bend));
     run->cos_angle = dx_cos(dx_rad(c->max_angle_deg));
+    run->cos_lean = dx_cos(dx_rad(c->max_lean_deg));
 }
 
 int dx_grow(struct dx_halfedges *m, struct dx_grow_stats *stats, const struct dx_cloud *cloud,

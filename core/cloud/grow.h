@@ -20,8 +20,11 @@ struct dx_grow_config {
     double max_bend_deg;
     double max_angle_deg; /* at the ends of the edge */
     double max_ratio;     /* of a new edge to the distance of the nearest point at its ends */
-    uint32_t n_rounds; /* border edges are tried again: then by the mean distance of neighbours */
-    uint32_t max_loop; /* holes of at most so many edges are closed in the end; 0: none */
+    uint32_t n_rounds;   /* border edges are tried again: then by the mean distance of neighbours */
+    double max_lean_deg; /* of a triangle from the normals of its points, where they are given */
+    uint32_t max_loop;   /* holes of at most so many edges are closed in the end; 0: none */
+    /* [n] by rank, in the cloud's axes, either side, 0 0 0: none; or NULL */
+    const float (*normal)[3];
     const double *viewpoint; /* [3] of the input, first triangles face it; NULL: they face +depth at
                                 the highest point, the outside of what is closed */
 };

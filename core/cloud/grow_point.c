@@ -56,6 +56,19 @@ double dx_grow_reach(const struct dx_grow_run *run, uint32_t u, uint32_t v)
     return MEAN_RATIO * (du < dv ? du : dv);
 }
 
+/* A triangle that stands on the surface would lead to another sheet. */
+static bool leans(const struct dx_grow_run *run, uint32_t v, const double n[3])
+{
+    const float *of = run->config->normal ? run->config->normal[v] : NULL;
+    double dot = 0, len2 = 0;
+
+    for (int k = 0; k < 3 && of; k++) {
+        dot += (double)of[k] * n[k];
+        len2 += (double)of[k] * (double)of[k];
+    }
+    return len2 > 0 && fabs(dot) < run->cos_lean;
+}
+
 /* Conditions (i), (iii) and (iv); false: one does not hold. */
 static bool measure(struct candidate *c, const struct dx_grow_run *run, const struct edge *e,
                     uint32_t t)
@@ -74,7 +87,7 @@ static bool measure(struct candidate *c, const struct dx_grow_run *run, const st
         return false;
     dx_grow_face_normal(n, run, e->u, e->v, t);
     cos_bend = dx_grow_dot(n, e->normal);
-    if (dx_grow_dot(n, n) == 0)
+    if (dx_grow_dot(n, n) == 0 || leans(run, e->u, n) || leans(run, e->v, n) || leans(run, t, n))
         return false;
     *c = (struct candidate){t, 0, dx_grow_dot(ut, vt) / (ut_len * vt_len), ut_len + vt_len, false};
     while (c->bend < run->n_bends && !(cos_bend >= run->cos_bend[c->bend]))

@@ -16,7 +16,7 @@ struct dx_grow_run {
     uint32_t round;
     uint32_t n_bends;
     double cos_bend[DX_GROW_MAX_BENDS]; /* falling */
-    double cos_angle;
+    double cos_angle, cos_lean;
 };
 
 static inline bool dx_grow_is_used(const struct dx_grow_run *run, uint32_t v)

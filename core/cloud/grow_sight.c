@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#define SHEET    0.6       /* distance of sheets over the size of a star */
 #define MAX_STAR 32        /* points around one that are looked at */
 #define FLAT     (1 << 28) /* the farthest of them, in units of the plane */
 #define NONE     DX_NO_HALFEDGE
@@ -13,9 +14,9 @@
 /* A plane at point q, and what is projected on it. */
 struct plane {
     uint32_t q;
-    double u[3], v[3];
+    double u[3], v[3], normal[3];
     uint32_t n;
-    double x[MAX_STAR + 3], y[MAX_STAR + 3];
+    double x[MAX_STAR + 3], y[MAX_STAR + 3], height[MAX_STAR + 3];
     struct dx_flat at[MAX_STAR + 3];
 };
 
@@ -24,7 +25,7 @@ static bool set_plane(struct plane *p, const struct dx_grow_run *run, uint32_t q
     const double *n = run->normal[q], len = sqrt(dx_grow_dot(n, n));
     const int k = fabs(n[0]) < fabs(n[1]) ? (fabs(n[0]) < fabs(n[2]) ? 0 : 2)
                                           : (fabs(n[1]) < fabs(n[2]) ? 1 : 2);
-    double unit[3], u_len = 0;
+    double *unit = p->normal, u_len = 0;
 
     p->q = q;
     p->n = 0;
@@ -49,6 +50,7 @@ static void put(struct plane *p, const struct dx_grow_run *run, uint32_t v)
     dx_grow_between(d, run, p->q, v);
     p->x[p->n] = dx_grow_dot(d, p->u);
     p->y[p->n] = dx_grow_dot(d, p->v);
+    p->height[p->n] = dx_grow_dot(d, p->normal);
     p->n++;
 }
 
@@ -94,6 +96,24 @@ static bool is_parted(const struct dx_flat a[3], const struct dx_flat b[3])
     return false;
 }
 
+/* The triangle (places 0 to 2) is so far above the star, or below, that it is of another sheet. */
+static bool is_other_sheet(const struct plane *p)
+{
+    double least = fabs(p->height[0]), size2 = 0;
+
+    for (int k = 1; k < 3; k++) {
+        if (p->height[k] * p->height[0] <= 0)
+            return false;
+        least = fabs(p->height[k]) < least ? fabs(p->height[k]) : least;
+    }
+    for (uint32_t k = 3; k < p->n; k++) {
+        const double d2 = p->x[k] * p->x[k] + p->y[k] * p->y[k];
+
+        size2 = d2 > size2 ? d2 : size2;
+    }
+    return least * least > SHEET * SHEET * size2;
+}
+
 /* The star of q, with the triangle (places 0 to 2), in q's plane. */
 static bool overlaps_star(const struct dx_grow_run *run, uint32_t q, const uint32_t v[3])
 {
@@ -115,6 +135,8 @@ static bool overlaps_star(const struct dx_grow_run *run, uint32_t q, const uint3
     } while (h != first && p.n < MAX_STAR + 3);
     if (h != first) /* so many that one more is too many */
         return true;
+    if (is_other_sheet(&p))
+        return false;
     flatten(&p);
     for (int k = 0; k < 3; k++)
         t[k] = p.at[k];

@@ -1,12 +1,13 @@
 /* Points near a point: boxes of dexels, which are runs of ranks by rows, pruned by the sphere. */
-#include "core/cloud/cloud.h"
+#include "core/cloud/dexels.h"
 
 #include <math.h>
 #include <stdbool.h>
 
 struct query {
     const int32_t *p;
-    int32_t radius;
+    int64_t r2;
+    int32_t last; /* depth, in the row */
     struct dx_near *out;
     uint32_t n, max;
 };
@@ -37,8 +38,8 @@ static inline int64_t distance2(const int32_t a[3], const int32_t b[3])
  * goes over one that is too far: no branch tells them apart. */
 static void scan(struct query *q, const struct dx_cloud *c, uint32_t from, uint32_t end)
 {
-    const int64_t r2 = (int64_t)q->radius * q->radius;
-    const int32_t last = q->p[2] + q->radius;
+    const int64_t r2 = q->r2;
+    const int32_t last = q->last;
     struct dx_near *out = q->out + q->n;
 
     if (q->n > q->max || end - from > q->max - q->n) {
@@ -61,21 +62,18 @@ static void scan(struct query *q, const struct dx_cloud *c, uint32_t from, uint3
     q->n = (uint32_t)(out - q->out);
 }
 
-/* Dexels over [p - radius, p + radius]; false: none. */
-static bool range_of(uint32_t out[2], int32_t p, int32_t radius, int32_t side, uint32_t n)
+/* How far a point with this coordinate is from row i; the outermost have no end. */
+static int64_t away_from(const struct dx_cloud *c, uint32_t i, int32_t x)
 {
-    const int64_t low = (int64_t)p - radius, high = (int64_t)p + radius;
-    const int64_t first = low > 0 ? low / side : 0, last = high < 0 ? -1 : high / side;
+    const int64_t begin = (int64_t)c->low[0] + (int64_t)i * c->side;
 
-    if (last < 0 || first >= n)
-        return false;
-    out[0] = (uint32_t)first;
-    out[1] = last < n ? (uint32_t)last : n - 1;
-    return true;
+    if (x < begin)
+        return i > 0 ? begin - x : 0;
+    return x >= begin + c->side && i + 1 < c->rows ? x - begin - c->side : 0;
 }
 
-/* How far the sphere reaches along a row of dexels, whose nearest points are `away` from its
- * centre; rounded up. */
+/* How far the sphere reaches along a row of dexels and in depth, where the row's nearest points are
+ * `away` from its centre; rounded up. */
 static int32_t half_chord(int32_t radius, int64_t away)
 {
     const double r = radius, d = (double)away;
@@ -86,22 +84,24 @@ static int32_t half_chord(int32_t radius, int64_t away)
 uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t radius,
                          struct dx_near *out, uint32_t max)
 {
-    struct query q = {p, radius, out, 0, max};
-    uint32_t row[2], col[2];
+    struct query q = {p, (int64_t)radius * radius, 0, out, 0, max};
+    uint32_t row, last_row;
 
-    if (c->n == 0 || !range_of(row, p[0], radius, c->side, c->rows))
+    if (c->n == 0)
         return 0;
-    for (uint32_t i = row[0]; i <= row[1]; i++) {
-        const uint32_t *start = c->start + (size_t)i * c->cols;
-        const int64_t before = (int64_t)i * c->side - p[0], after = -before - c->side;
+    row = dx_dexel_place(c, 0, (int64_t)p[0] - radius);
+    last_row = dx_dexel_place(c, 0, (int64_t)p[0] + radius);
+    for (; row <= last_row; row++) {
+        const uint32_t *start = c->start + (size_t)row * c->cols;
+        const int32_t reach = half_chord(radius, away_from(c, row, p[0]));
+        const uint32_t first = dx_dexel_place(c, 1, (int64_t)p[1] - reach),
+                       last = dx_dexel_place(c, 1, (int64_t)p[1] + reach);
 
-        if (!range_of(col, p[1], half_chord(radius, before > after ? before : after), c->side,
-                      c->cols))
-            continue;
-        for (uint32_t j = col[0]; j <= col[1]; j++)
+        q.last = p[2] + reach;
+        for (uint32_t j = first; j <= last; j++)
             __builtin_prefetch(c->at[start[j]]);
-        for (uint32_t j = col[0]; j <= col[1]; j++)
-            scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - radius), start[j + 1]);
+        for (uint32_t j = first; j <= last; j++)
+            scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - reach), start[j + 1]);
     }
     return q.n;
 }
@@ -171,7 +171,7 @@ uint32_t dx_cloud_nearest(const struct dx_cloud *c, uint32_t rank, uint32_t k, s
 {
     struct search s = {c, rank, k, 0, out};
     const int32_t *p = c->at[rank];
-    const int64_t i = p[0] / c->side, j = p[1] / c->side;
+    const int64_t i = dx_dexel_place(c, 0, p[0]), j = dx_dexel_place(c, 1, p[1]);
 
     for (int64_t ring = 0; k > 0 && search_ring(&s, i, j, ring); ring++) {
         /* what is in no frame yet is at least so far */

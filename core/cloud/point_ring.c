@@ -208,3 +208,13 @@ int dx_ring_add(struct dx_rings *r, uint32_t *ring, uint32_t a, uint32_t b)
     r->words[*ring]++;
     return DX_RING_OPEN;
 }
+
+uint32_t dx_ring_n_chains(const struct dx_rings *r, uint32_t ring)
+{
+    const uint32_t n = dx_ring_n(r, ring);
+    uint32_t n_chains = 0;
+
+    for (uint32_t k = 0; k < n; k++)
+        n_chains += dx_ring_list(r, ring)[k] >> 31;
+    return n_chains;
+}

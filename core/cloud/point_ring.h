@@ -48,6 +48,9 @@ static inline uint32_t dx_ring_n(const struct dx_rings *r, uint32_t ring)
     return ring ? r->words[ring] & 0xffff : 0;
 }
 
+/* Chains: more than one are several fans of triangles that meet in the point. */
+uint32_t dx_ring_n_chains(const struct dx_rings *r, uint32_t ring);
+
 static inline const uint32_t *dx_ring_list(const struct dx_rings *r, uint32_t ring)
 {
     return r->words + ring + 1;

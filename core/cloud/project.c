@@ -2,6 +2,7 @@
 #include "core/cloud/project_priv.h"
 
 #include "core/base/trig.h"
+#include "core/cloud/pages.h"
 #include "core/cloud/spacing.h"
 
 #include <errno.h>
@@ -10,6 +11,9 @@
 
 #define WIDEN     1.6
 #define MAX_TRIES 3
+/* Neighbours of a point that has waited for: the rest is made by others, as a rule, and what a
+ * reference point costs is saved. */
+#define NEARLY_CLOSED 5
 
 void dx_project_defaults(struct dx_project_config *config)
 {
@@ -24,7 +28,7 @@ static int process(struct dx_project_run *run, uint32_t r)
     int rc = 0;
 
     run->r = r;
-    for (int try = 0; try < MAX_TRIES; try++, factor *= WIDEN) {
+    for (int try = 0; try < MAX_TRIES; try++, factor *= run->widen) {
         bool may_widen;
 
         dx_project_gather(run, factor);
@@ -32,13 +36,14 @@ static int process(struct dx_project_run *run, uint32_t r)
         run->stats->n_again += try > 0;
         if (!dx_project_set_plane(run) || !dx_project_look(run))
             break;
+        run->widen = WIDEN;
         rc = dx_project_star(run, may_widen);
         if (rc != DX_STAR_NARROW || run->state[r] == DX_COMPLETED)
             break;
     }
     if (rc < 0)
         return rc;
-    if (run->state[r] == DX_FRINGE)
+    if (run->state[r] == DX_FRINGE || run->state[r] == DX_WAITED)
         run->state[r] = DX_BOUNDARY;
     return 0;
 }
@@ -48,11 +53,16 @@ static int grow(struct dx_project_run *run, uint32_t seed)
     const uint64_t before = run->stats->n_triangles;
     int rc = process(run, seed);
 
-    while (rc == 0 && run->head < run->tail) {
-        const uint32_t r = run->queue[run->head++];
+    while (rc == 0 && run->n_queued > 0) {
+        const uint32_t r = dx_project_pop(run);
 
-        if (run->state[r] == DX_FRINGE)
+        if (run->state[r] == DX_FRINGE &&
+            dx_ring_n(&run->rings, run->point[r].ring) >= NEARLY_CLOSED) {
+            run->state[r] = DX_WAITED;
+            dx_project_push(run, r);
+        } else if (run->state[r] == DX_FRINGE || run->state[r] == DX_WAITED) {
             rc = process(run, r);
+        }
     }
     run->stats->n_components += run->stats->n_triangles > before;
     return rc;
@@ -108,13 +118,21 @@ static int grow_others(struct dx_project_run *run)
 
 /* Points that had gaps, once more: their neighbours may have filled them from their planes, or made
  * what was in the way. */
-static int look_again(struct dx_project_run *run)
+static int look_again(struct dx_project_run *run, enum dx_project_plane plane)
 {
     int rc = 0;
 
-    for (uint32_t k = 0; k < run->tail && rc == 0; k++)
-        if (run->state[run->queue[k]] == DX_BOUNDARY || run->state[run->queue[k]] == DX_FRINGE)
-            rc = process(run, run->queue[k]);
+    run->plane = plane;
+    for (uint32_t k = 0; k < run->cloud->n && rc == 0; k++)
+        if (run->state[k] == DX_BOUNDARY || run->state[k] == DX_FRINGE)
+            rc = process(run, k);
+    /* what that has found */
+    while (rc == 0 && run->n_queued > 0) {
+        const uint32_t r = dx_project_pop(run);
+
+        if (run->state[r] == DX_FRINGE)
+            rc = process(run, r);
+    }
     return rc;
 }
 
@@ -124,6 +142,7 @@ static void count_states(struct dx_project_run *run)
         run->stats->n_completed += run->state[k] == DX_COMPLETED;
         run->stats->n_boundary += run->state[k] == DX_BOUNDARY;
         run->stats->n_isolated += run->state[k] == DX_FREE;
+        run->stats->n_pinched += dx_ring_n_chains(&run->rings, run->point[k].ring) > 1;
     }
     run->stats->peak_rings = run->rings.n_peak;
     run->stats->peak_ring_len = run->rings.peak_len;
@@ -152,7 +171,10 @@ static int run_all(struct dx_project_run *run)
     if (rc == 0)
         rc = grow_others(run);
     if (rc == 0)
-        rc = look_again(run);
+        rc = look_again(run, run->plane);
+    /* where the points are no help, the planes of those who made the triangles there may be */
+    if (rc == 0 && run->plane == DX_PROJECT_FIT)
+        rc = look_again(run, DX_PROJECT_FACES);
     if (rc == 0 && run->config->max_loop)
         rc = dx_project_close_loops(run);
     return rc;
@@ -174,15 +196,16 @@ int dx_project(struct dx_project_stats *stats, const struct dx_cloud *c,
     run->cloud = c;
     run->config = config;
     run->sink = sink;
+    run->plane = config->plane;
     run->stats = stats;
     run->cos_alpha = dx_cos(dx_rad(config->alpha_deg));
     run->cos_beta = dx_cos(dx_rad(config->beta_deg));
     run->spacing = dx_cloud_spacing(c);
     run->max_edge = config->max_edge / c->step;
     dx_rings_init(&run->rings);
-    run->point = calloc(c->n, sizeof(*run->point));
-    run->state = calloc(c->n, sizeof(*run->state));
-    run->queue = malloc(c->n * sizeof(*run->queue));
+    run->point = dx_pages_new_zeroed(c->n * sizeof(*run->point));
+    run->state = dx_pages_new_zeroed(c->n * sizeof(*run->state));
+    run->queue = dx_pages_new(c->n * sizeof(*run->queue));
     if (run->point && run->state && run->queue)
         rc = run_all(run);
     else

@@ -42,6 +42,7 @@ struct dx_project_config {
 struct dx_project_stats {
     uint64_t n_triangles;
     uint32_t n_completed, n_boundary, n_isolated; /* points */
+    uint32_t n_pinched; /* of n_boundary, points in which several fans of triangles meet */
     uint32_t n_components;                        /* seeds that grew */
     uint32_t n_loop_triangles;                    /* of n_triangles, to close holes */
     uint32_t n_again;                             /* reference points taken with a wider radius */

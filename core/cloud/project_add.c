@@ -41,11 +41,27 @@ static void add_plane_normal(struct dx_project_run *run, const uint32_t v[3])
             run->point[v[m]].normal[k] += (float)run->normal[k];
 }
 
+void dx_project_push(struct dx_project_run *run, uint32_t v)
+{
+    const uint32_t n = run->cloud->n, at = run->head + run->n_queued++;
+
+    run->queue[at < n ? at : at - n] = v;
+}
+
+uint32_t dx_project_pop(struct dx_project_run *run)
+{
+    const uint32_t v = run->queue[run->head];
+
+    run->head = run->head + 1 < run->cloud->n ? run->head + 1 : 0;
+    run->n_queued--;
+    return v;
+}
+
 static void discover(struct dx_project_run *run, uint32_t v)
 {
     run->state[v] = DX_FRINGE;
     run->point[v].reach = (float)run->reach;
-    run->queue[run->tail++] = v;
+    dx_project_push(run, v);
 }
 
 int dx_project_add(struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t c)
@@ -67,7 +83,7 @@ int dx_project_add(struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t 
         }
         of_input[k] = run->cloud->index[v[k]];
     }
-    if (run->config->plane == DX_PROJECT_FACES)
+    if (run->plane == DX_PROJECT_FACES)
         add_face_normal(run, v);
     else
         add_plane_normal(run, v);

@@ -14,33 +14,25 @@
 #define MANY_STEPS 64
 #define FAR        (1 << 30) /* beyond the lattice */
 
-/* Points within the radius, without r; how many there are, which may be more than are stored. */
+/* Points within the radius, r among them; how many there are, which may be more than are stored. */
 static uint32_t query(struct dx_project_run *run, double radius)
 {
     const struct dx_cloud *c = run->cloud;
-    uint32_t n = dx_cloud_within(c, c->at[run->r], (int32_t)radius, run->near, DX_PROJECT_MAX_NEAR);
 
-    run->n_near = 0;
-    if (n > DX_PROJECT_MAX_NEAR)
-        return n;
-    for (uint32_t k = 0; k < n; k++)
-        if (run->near[k].rank == run->r) {
-            run->near[k] = run->near[--n];
-            break;
-        }
-    run->n_near = n;
-    return n;
+    return dx_cloud_within(c, c->at[run->r], (int32_t)radius, run->near, DX_PROJECT_MAX_NEAR);
 }
 
-/* A radius with at least MIN_NEAR points and not too many. */
+/* A radius with at least MIN_NEAR points beside r and not too many. */
 static double find_radius(struct dx_project_run *run, double radius)
 {
-    uint32_t want = run->cloud->n - 1 < MIN_NEAR ? run->cloud->n - 1 : MIN_NEAR;
+    const uint32_t want = run->cloud->n < MIN_NEAR + 1 ? run->cloud->n : MIN_NEAR + 1;
     double low = 0;
 
+    run->n_near = 0;
     for (int step = 0; step < MANY_STEPS; step++) {
-        uint32_t n = query(run, radius);
+        const uint32_t n = query(run, radius);
 
+        run->n_near = n <= DX_PROJECT_MAX_NEAR ? n : 0;
         if (n > DX_PROJECT_MAX_NEAR) {
             radius = low > 0 ? (low + radius) / 2 : radius / 2;
         } else if (n < want) {
@@ -53,28 +45,40 @@ static double find_radius(struct dx_project_run *run, double radius)
     return radius;
 }
 
-static void drop_beyond(struct dx_project_run *run, double radius)
+/* Points within the radius, without r, and where they are from it. What is looked at next is on its
+ * way while the plane is fitted. */
+static void keep_within(struct dx_project_run *run, double radius)
 {
     const int64_t r2 = (int64_t)(radius * radius);
+    const int32_t *r = run->cloud->at[run->r];
     uint32_t n = 0;
 
-    for (uint32_t k = 0; k < run->n_near; k++)
-        if (run->near[k].d2 <= r2)
-            run->near[n++] = run->near[k];
-    run->n_near = n;
-    for (uint32_t k = 0; k < n; k++) { /* on its way while the plane is fitted */
-        __builtin_prefetch(&run->point[run->near[k].rank]);
-        __builtin_prefetch(&run->state[run->near[k].rank]);
+    for (uint32_t k = 0; k < run->n_near; k++) {
+        const struct dx_near p = run->near[k];
+        const int32_t *at = run->cloud->at[p.rank];
+
+        if (p.d2 > r2 || p.d2 == 0)
+            continue;
+        __builtin_prefetch(&run->state[p.rank]);
+        __builtin_prefetch(&run->point[p.rank]);
+        run->near[n] = p;
+        for (int i = 0; i < 3; i++)
+            run->offset[i][n] = at[i] - r[i];
+        n++;
     }
+    run->n_near = n;
 }
 
 static double nearest(const struct dx_project_run *run)
 {
-    int64_t least = run->near[0].d2;
+    uint64_t least = UINT64_MAX; /* less 1, so that r itself is far */
 
-    for (uint32_t k = 1; k < run->n_near; k++)
-        least = run->near[k].d2 < least ? run->near[k].d2 : least;
-    return sqrt((double)least);
+    for (uint32_t k = 0; k < run->n_near; k++) {
+        const uint64_t d2 = (uint64_t)run->near[k].d2 - 1;
+
+        least = d2 < least ? d2 : least;
+    }
+    return sqrt((double)(least + 1));
 }
 
 void dx_project_gather(struct dx_project_run *run, double factor)
@@ -85,9 +89,11 @@ void dx_project_gather(struct dx_project_run *run, double factor)
 
     queried = find_radius(run, queried < 2 ? 2 : queried > FAR ? FAR : queried);
     run->radius = run->widest = 0;
-    if (run->n_near == 0)
+    if (run->n_near < 2) {
+        run->n_near = 0;
         return;
-    dense = queried * sqrt(MIN_NEAR / (double)run->n_near);
+    }
+    dense = queried * sqrt(MIN_NEAR / (double)(run->n_near - 1));
     paper = run->config->mu * nearest(run);
     run->radius = paper > AT_LEAST * dense ? paper : AT_LEAST * dense;
     run->widest = run->radius > WIDEST * dense ? run->radius : WIDEST * dense;
@@ -98,5 +104,5 @@ void dx_project_gather(struct dx_project_run *run, double factor)
         run->radius = run->widest = run->max_edge;
     if (run->radius > queried) /* nearly enough, or else it is widened */
         run->radius = queried;
-    drop_beyond(run, run->radius);
+    keep_within(run, run->radius);
 }

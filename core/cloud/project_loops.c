@@ -168,8 +168,8 @@ int dx_project_close_loops(struct dx_project_run *run)
 {
     int rc = 0;
 
-    for (uint32_t k = 0; k < run->tail && rc == 0; k++)
-        if (run->state[run->queue[k]] == DX_BOUNDARY)
-            rc = close_at(run, run->queue[k]);
+    for (uint32_t k = 0; k < run->cloud->n && rc == 0; k++)
+        if (run->state[k] == DX_BOUNDARY)
+            rc = close_at(run, k);
     return rc;
 }

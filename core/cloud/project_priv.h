@@ -13,7 +13,8 @@
 #define DX_PROJECT_MAX_CHAINS 512
 #define DX_PROJECT_FLAT       (1 << 22) /* the radius, in units of the plane */
 
-enum dx_project_state { DX_FREE, DX_FRINGE, DX_BOUNDARY, DX_COMPLETED };
+/* DX_WAITED: fringe, for the second time in the queue */
+enum dx_project_state { DX_FREE, DX_FRINGE, DX_WAITED, DX_BOUNDARY, DX_COMPLETED };
 
 struct dx_project_point {
     float normal[3]; /* sum: of planes of reference points around it, or of its triangles */
@@ -58,19 +59,22 @@ struct dx_project_run {
     struct dx_project_point *point; /* [n] by rank, as what follows */
     uint8_t *state;
     struct dx_rings rings;
-    uint32_t *queue; /* [n]: a point is in it once, when it ceases to be free */
-    uint32_t head, tail;
+    uint32_t *queue; /* [n], in a circle: fringe points, once each */
+    uint32_t head, n_queued;
+    enum dx_project_plane plane; /* as configured, or for a last look */
     double cos_alpha, cos_beta;
     double spacing, max_edge; /* steps */
 
     /* the reference point */
     uint32_t r;
     double normal[3], u[3], v[3];
-    double radius, widest; /* of influence; as far as it may be widened */
-    double reach;          /* the radius, not widened */
-    double scale;          /* steps to units of the plane */
+    double flat_u[3], flat_v[3]; /* from steps to units of the plane */
+    double radius, widest;       /* of influence; as far as it may be widened */
+    double reach;                /* the radius, not widened */
+    double widen;                /* by what it was not enough */
     uint32_t n_near;
-    struct dx_near near[DX_PROJECT_MAX_NEAR]; /* all states, without r */
+    struct dx_near near[DX_PROJECT_MAX_NEAR];  /* all states, without r */
+    double offset[3][DX_PROJECT_MAX_NEAR + 1]; /* of each from r; a 0 after the last */
     struct dx_local local;
 };
 
@@ -80,6 +84,8 @@ void dx_project_gather(struct dx_project_run *run, double factor);
 /* project_plane.c: normal, u and v; false: the points near r make none. */
 bool dx_project_set_plane(struct dx_project_run *run);
 struct dx_flat dx_project_flat(const struct dx_project_run *run, uint32_t rank);
+/* The same of near[k]. */
+struct dx_flat dx_project_flat_near(const struct dx_project_run *run, uint32_t k);
 
 /* project_sight.c: local, and what is hidden; false: too much is near. */
 bool dx_project_look(struct dx_project_run *run);
@@ -97,6 +103,10 @@ int dx_project_star(struct dx_project_run *run, bool may_widen);
  * -ENOMEM, the sink's. */
 int dx_project_add(struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t c);
 bool dx_project_fits(const struct dx_project_run *run, uint32_t a, uint32_t b, uint32_t c);
+
+/* The queue. */
+void dx_project_push(struct dx_project_run *run, uint32_t v);
+uint32_t dx_project_pop(struct dx_project_run *run);
 
 /* project_loops.c: closes small holes. */
 int dx_project_close_loops(struct dx_project_run *run);

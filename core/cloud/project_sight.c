@@ -6,6 +6,9 @@
  */
 #include "core/cloud/project_priv.h"
 
+#define STEEP 0.975 /* sine of an edge over the plane, about 77 degrees */
+#define HIGH  0.45  /* radii; what is lower may be noise */
+
 static const struct dx_flat origin = {0, 0};
 
 /* The place of a point; a new one for the end of a candidate's edge; -1: no room. */
@@ -26,10 +29,9 @@ static int place_of(struct dx_project_run *run, uint32_t rank)
     return (int)l->n++;
 }
 
-static void add_candidate(struct dx_project_run *run, uint32_t rank)
+static void add_candidate(struct dx_project_run *run, uint32_t rank, struct dx_flat at)
 {
     struct dx_local *l = &run->local;
-    const struct dx_flat at = dx_project_flat(run, rank);
     const uint32_t k = run->point[rank].local;
 
     if (k < l->n && l->id[k] == rank)
@@ -50,22 +52,32 @@ static bool is_nearer(struct dx_near a, struct dx_near b)
 /* The `room` nearest of the points that are not completed. */
 static void add_nearest(struct dx_project_run *run, uint32_t room)
 {
-    struct dx_near nearest[DX_PROJECT_MAX_CAND];
-    uint32_t n = 0;
+    uint32_t nearest[DX_PROJECT_MAX_CAND], n = 0;
 
     for (uint32_t k = 0; k < run->n_near && room > 0; k++) {
         const struct dx_near p = run->near[k];
         uint32_t j;
 
-        if (run->state[p.rank] == DX_COMPLETED || (n == room && !is_nearer(p, nearest[n - 1])))
+        if (run->state[p.rank] == DX_COMPLETED ||
+            (n == room && !is_nearer(p, run->near[nearest[n - 1]])))
             continue;
         n -= n == room;
-        for (j = n++; j > 0 && is_nearer(p, nearest[j - 1]); j--)
+        for (j = n++; j > 0 && is_nearer(p, run->near[nearest[j - 1]]); j--)
             nearest[j] = nearest[j - 1];
-        nearest[j] = p;
+        nearest[j] = k;
     }
     for (uint32_t k = 0; k < n; k++)
-        add_candidate(run, nearest[k].rank);
+        add_candidate(run, run->near[nearest[k]].rank, dx_project_flat_near(run, nearest[k]));
+}
+
+/* near[k] is far above or below r in its plane, so that no surface runs from one to the other: it
+ * would be joined through an ear of a bunny. */
+static bool is_other_sheet(const struct dx_project_run *run, uint32_t k, double high2)
+{
+    const double *n = run->normal;
+    const double h = n[0] * run->offset[0][k] + n[1] * run->offset[1][k] + n[2] * run->offset[2][k];
+
+    return h * h > high2 && h * h > STEEP * STEEP * (double)run->near[k].d2;
 }
 
 /* What is not completed, the ends of r's chains first, since they must be there. */
@@ -73,19 +85,22 @@ static void add_candidates(struct dx_project_run *run)
 {
     const uint32_t ring = run->point[run->r].ring, n = dx_ring_n(&run->rings, ring);
     const uint32_t *list = dx_ring_list(&run->rings, ring);
-    uint32_t n_open = 0, room;
+    const double high2 = HIGH * HIGH * run->radius * run->radius;
+    uint32_t open[DX_PROJECT_MAX_NEAR], n_open = 0, room;
 
+    for (uint32_t k = 0; k < run->n_near; k++) {
+        open[n_open] = k;
+        n_open += run->state[run->near[k].rank] != DX_COMPLETED && !is_other_sheet(run, k, high2);
+    }
     for (uint32_t k = 0; k < n && run->local.n < DX_PROJECT_MAX_CAND; k++)
         if ((list[k] & DX_RING_FIRST) || k + 1 == n || (list[k + 1] & DX_RING_FIRST))
-            add_candidate(run, list[k] & ~DX_RING_FIRST);
+            add_candidate(run, list[k] & ~DX_RING_FIRST,
+                          dx_project_flat(run, list[k] & ~DX_RING_FIRST));
     room = DX_PROJECT_MAX_CAND - run->local.n;
-    for (uint32_t k = 0; k < run->n_near; k++)
-        n_open += run->state[run->near[k].rank] != DX_COMPLETED;
     if (n_open > room)
         add_nearest(run, room);
-    for (uint32_t k = 0; k < run->n_near && n_open <= room; k++)
-        if (run->state[run->near[k].rank] != DX_COMPLETED)
-            add_candidate(run, run->near[k].rank);
+    for (uint32_t k = 0; k < n_open && n_open <= room; k++)
+        add_candidate(run, run->near[open[k]].rank, dx_project_flat_near(run, open[k]));
     run->local.n_cand = run->local.n;
 }
 

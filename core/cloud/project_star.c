@@ -8,6 +8,7 @@
 #include <math.h>
 
 #define MAX_TRIES 12  /* points that turn out not to be visible, at one side */
+#define WIDER     1.2 /* than the circle: a wider plane turns a little, and more is missing */
 #define HOLLOW    1.5 /* widest radii: no surface in an empty circle of this diameter */
 
 /* Consecutive places in the order around r, from `from` to `to`; the whole turn when equal. */
@@ -32,31 +33,33 @@ static uint32_t previous_of(const struct dx_local *l, uint32_t k)
     return k > 0 ? k - 1 : l->n_order - 1;
 }
 
-/* The squared diameter of the circle through the origin, a and b. */
+/* The circle through the origin, a and b: its squared diameter, over that of radius 1. */
 static double diameter2(struct dx_flat a, struct dx_flat b)
 {
     const double ax = a.x, ay = a.y, bx = b.x, by = b.y;
-    const double cross = ax * by - ay * bx, cx = bx - ax, cy = by - ay;
+    const double cross = (ax * by - ay * bx) * DX_PROJECT_FLAT, cx = bx - ax, cy = by - ay;
 
-    return (ax * ax + ay * ay) * (bx * bx + by * by) / cross * ((cx * cx + cy * cy) / cross);
-}
-
-/* Points beyond the radius may be in the triangle's circle. */
-static bool is_unsure(const struct dx_project_run *run, uint32_t a, uint32_t b)
-{
-    const double radius = DX_PROJECT_FLAT;
-
-    return run->config->choice == DX_PROJECT_WIDEST &&
-           diameter2(run->local.at[a], run->local.at[b]) > radius * radius;
+    return (ax * ax + ay * ay) * (bx * bx + by * by) * (cx * cx + cy * cy) / (cross * cross);
 }
 
 /* No surface is made where a circle this wide has no sample: flat triangles along rims. */
-static bool is_hollow(const struct dx_project_run *run, uint32_t a, uint32_t b)
+static bool is_hollow(const struct dx_project_run *run, double d2)
 {
-    const double most = HOLLOW * DX_PROJECT_FLAT * run->widest / run->radius;
+    const double most = HOLLOW * run->widest / run->radius;
 
-    return run->config->choice == DX_PROJECT_WIDEST &&
-           diameter2(run->local.at[a], run->local.at[b]) > most * most;
+    return run->config->choice == DX_PROJECT_WIDEST && d2 > most * most;
+}
+
+/* Points beyond the radius may be in the triangle's circle; how much wider it must be. */
+static bool is_unsure(struct dx_project_run *run, double d2)
+{
+    double wanted;
+
+    if (run->config->choice != DX_PROJECT_WIDEST || !(d2 > 1))
+        return false;
+    wanted = WIDER * sqrt(d2);
+    run->widen = wanted < run->widen ? wanted : run->widen;
+    return true;
 }
 
 /* The candidates are near r; the edge that closes the triangle is bounded too. */
@@ -81,39 +84,64 @@ static bool is_wide(const struct dx_project_run *run, const int32_t *x, const in
         xx += a * a;
         yy += b * b;
     }
-    return dot < run->cos_alpha * sqrt(xx) * sqrt(yy);
+    if (dot >= 0 && run->cos_alpha <= 0)
+        return false;
+    return dot < run->cos_alpha * sqrt(xx * yy);
 }
 
 /* Positive when q is ahead of p at this side. */
 static int64_t turn(const struct side *s, struct dx_flat p, struct dx_flat q)
 {
-    return s->leftward ? dx_flat_cross(p, q) : dx_flat_cross(q, p);
+    const int64_t cross = dx_flat_cross(p, q);
+
+    return s->leftward ? cross : -cross;
 }
 
-/* Of the candidates between, the one whose circle with r and the point at `at` has no other in it.
- * UINT32_MAX: there is none. Ties go to the lower rank, as if it were a little nearer. */
+/* How wide the angle is at which q sees r and p: over the smaller of two cotangents is the wider
+ * angle. */
+struct view {
+    int64_t dot, cross; /* cross is positive */
+};
+
+/* 1: a is wider, -1: b is. Products have up to 120 bits; in doubles each rounds three times. */
+static int compare_views(struct view a, struct view b)
+{
+    const double p = (double)a.dot * (double)b.cross, q = (double)b.dot * (double)a.cross;
+    const double unsure = 0x1p-50 * (fabs(p) + fabs(q));
+    __int128 exact;
+
+    if (fabs(p - q) > unsure)
+        return p < q ? 1 : -1;
+    exact = (__int128)a.dot * b.cross - (__int128)b.dot * a.cross;
+    return exact < 0 ? 1 : -(exact > 0);
+}
+
+/* Of the candidates between, the one whose circle with r and the point at `at` has no other in it:
+ * it sees these two at the widest angle. UINT32_MAX: there is none. Ties go to the lower rank, as
+ * if it were a little nearer. */
 static uint32_t pick_widest(const struct side *s, uint32_t at, uint32_t end)
 {
     const struct dx_local *l = &s->run->local;
     const struct dx_flat p = l->order[at].at;
     uint32_t best = UINT32_MAX, k = at;
+    struct view widest = {0};
 
     do {
         const struct dx_flat q = l->order[k = s->leftward ? next_of(l, k) : previous_of(l, k)].at;
-        int in;
+        struct view v = {0, turn(s, p, q)};
+        int wider = 1;
 
-        if (k == at || turn(s, p, q) <= 0)
+        if (k == at || v.cross <= 0)
             break;
         if (s->refused[k])
             continue;
-        if (best == UINT32_MAX) {
+        v.dot = dx_flat_dot(q, dx_flat_minus(q, p));
+        if (best != UINT32_MAX)
+            wider = compare_views(v, widest);
+        if (wider > 0 || (wider == 0 && l->id[l->order[k].number] < l->id[l->order[best].number])) {
             best = k;
-            continue;
+            widest = v;
         }
-        in = s->leftward ? dx_flat_in_circle(p, l->order[best].at, q)
-                         : dx_flat_in_circle(l->order[best].at, p, q);
-        if (in > 0 || (in == 0 && l->id[l->order[k].number] < l->id[l->order[best].number]))
-            best = k;
     } while (k != end);
     return best;
 }
@@ -219,6 +247,7 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
         const uint32_t k = pick(s, *at, end);
         const int32_t *x, *y;
         uint32_t a, b;
+        double d2;
         int rc;
 
         if (k == UINT32_MAX)
@@ -227,12 +256,13 @@ static int step(struct side *s, uint32_t *at, uint32_t end, bool *made)
         b = l->order[s->leftward ? k : *at].number;
         x = run->cloud->at[l->id[a]];
         y = run->cloud->at[l->id[b]];
-        if (is_wide(run, x, y) || is_long(run, x, y) || is_hollow(run, a, b) ||
+        d2 = diameter2(l->at[a], l->at[b]);
+        if (is_wide(run, x, y) || is_long(run, x, y) || is_hollow(run, d2) ||
             !dx_project_may_join(run, a, b)) {
             s->refused[k] = true;
             continue;
         }
-        if (s->may_widen && is_unsure(run, a, b)) {
+        if (s->may_widen && is_unsure(run, d2)) {
             s->narrow = true;
             return 0;
         }

@@ -12,7 +12,9 @@
 #define NARROW    0.75
 #define MAX_TRIES 6
 #define ROUGH     1e-2 /* convergence of a plane that a paraboloid follows */
-#define RUN       512  /* points of a task */
+#define CREASED   0.75 /* share of weights on a plane: noise alone leaves 0.9 */
+#define CREASE_SW 0.65
+#define RUN       512 /* points of a task */
 
 /* The neighbourhood of a place, its unit and the widths that its density calls for. */
 struct vicinity {
@@ -53,34 +55,55 @@ struct tally {
     double moved2;
 };
 
-/* sr falls with the width only: where points are sparse their noise is no larger. */
+/* The plane, and how far to move along its normal. */
+static int fit(struct dx_robust_plane *plane, double *move, struct vicinity *v, struct tally *tally,
+               const struct dx_cloud_smooth_scale *s, double sw)
+{
+    struct dx_robust_quadric q;
+    uint32_t n_steps;
+    int rc;
+
+    dx_robust_weigh(&v->points, sw);
+    rc = dx_robust_plane(plane, &n_steps, &v->points, sw, s->sr,
+                         s->quadric ? ROUGH : DX_ROBUST_SETTLED);
+    tally->n_steps += n_steps;
+    if (rc == DX_ROBUST_NONE)
+        return rc;
+    *move = plane->t;
+    if (s->quadric && dx_robust_quadric(&q, &v->points, plane, s->sr))
+        *move = q.term[0];
+    else
+        tally->n_planes += s->quadric;
+    return DX_ROBUST_DONE;
+}
+
+/* Once more where much of what is near is off the plane, at a crease: with a narrower width, and
+ * always with a paraboloid. */
 static int project(struct dx_cloud_smoothed *out, struct vicinity *v, struct tally *tally,
                    const struct dx_cloud *c, const struct dx_cloud_smooth_scale *s,
                    const double at[3])
 {
-    struct dx_robust_plane plane;
-    struct dx_robust_quadric q;
-    uint32_t n_steps;
-    double move;
+    struct dx_robust_plane plane, narrow;
+    struct dx_cloud_smooth_scale creased = *s;
+    double move, narrow_move, sw;
 
     for (int k = 0; k < 3; k++) {
         out->at[k] = at[k];
         out->normal[k] = 0;
     }
+    creased.quadric = true;
     gather(v, c, s, at);
-    dx_robust_weigh(&v->points, s->sw * v->factor);
+    sw = s->sw * v->factor;
     tally->n_near += v->points.n;
-    if (dx_robust_plane(&plane, &n_steps, &v->points, s->sw * v->factor, s->sr,
-                        s->quadric ? ROUGH : DX_ROBUST_SETTLED) == DX_ROBUST_NONE) {
+    if (fit(&plane, &move, v, tally, s, sw) == DX_ROBUST_NONE) {
         tally->n_unchanged++;
         return DX_CLOUD_SMOOTH_UNCHANGED;
     }
-    tally->n_steps += n_steps;
-    move = plane.t;
-    if (s->quadric && dx_robust_quadric(&q, &v->points, &plane, s->sr))
-        move = q.term[0];
-    else
-        tally->n_planes += s->quadric;
+    if (plane.share < CREASED &&
+        fit(&narrow, &narrow_move, v, tally, &creased, CREASE_SW * sw) == DX_ROBUST_DONE) {
+        plane = narrow;
+        move = narrow_move;
+    }
     for (int k = 0; k < 3; k++) {
         out->at[k] = at[k] + move * s->spacing * plane.normal[k];
         out->normal[k] = (float)plane.normal[k];

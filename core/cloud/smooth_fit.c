@@ -92,11 +92,12 @@ static bool is_settled(const struct dx_robust_plane *a, const struct dx_robust_p
 int dx_robust_plane(struct dx_robust_plane *plane, uint32_t *n_steps, struct dx_robust_points *p,
                     double sw, double sr, double settled)
 {
-    double s = 4 * sr > 3 * sw ? 4 * sr : 3 * sw;
+    double s = 4 * sr > 3 * sw ? 4 * sr : 3 * sw, all;
 
     *n_steps = 1;
     if (p->n < 3 || !dx_robust_step(plane, p, 0))
         return DX_ROBUST_NONE;
+    all = plane->sum;
     while (*n_steps < DX_ROBUST_MAX_STEPS) {
         const struct dx_robust_plane before = *plane;
         const bool is_last = s <= sr;
@@ -108,5 +109,6 @@ int dx_robust_plane(struct dx_robust_plane *plane, uint32_t *n_steps, struct dx_
             break;
         s *= ANNEAL;
     }
+    plane->share = plane->sum / all;
     return plane->sum < MIN_SUM ? DX_ROBUST_NONE : DX_ROBUST_DONE;
 }

@@ -29,7 +29,8 @@ struct dx_robust_points {
 struct dx_robust_plane {
     double normal[3]; /* unit length, either side */
     double t;
-    double sum; /* of the weights it was fitted with */
+    double sum;   /* of the weights it was fitted with */
+    double share; /* of them in those by distance alone: little where there is a crease */
 };
 
 /* Positive results. */

@@ -8,12 +8,14 @@
 #include <errno.h>
 #include <math.h>
 
-#define N_SAMPLES  512
-#define N_SIDE     16   /* neighbours of which the farthest tells the density */
-#define WIDE       2.25 /* spacings: the width with which curvature is measured, and of paraboloids */
-#define LEAST_SW   1.25 /* of planes */
-#define MOST_SW    2.0
-#define MIN_POINTS 24 /* below, a cloud tells no curvature */
+#define N_SAMPLES   512
+#define N_SIDE      16 /* neighbours of which the farthest tells the density */
+#define WIDE        2.25 /* spacings: the width with which curvature is measured, and of paraboloids */
+#define LEAST_SW    1.25 /* of planes */
+#define MOST_SW     2.0
+#define SR_OF_NOISE 1.8 /* what is farther out is no noise */
+#define LEAST_SR    0.5
+#define MIN_POINTS  24 /* below, a cloud tells no curvature */
 
 struct median {
     double value[N_SAMPLES]; /* ascending */
@@ -129,6 +131,6 @@ int dx_cloud_smooth_find(struct dx_cloud_smooth_scale *scale, const struct dx_cl
         scale->sw =
             config->quadric ? WIDE : best_width(scale->noise / scale->spacing, scale->curvature);
     if (scale->sr == 0)
-        scale->sr = scale->noise > 0.5 * scale->spacing ? 2 * scale->noise / scale->spacing : 1;
+        scale->sr = fmax(SR_OF_NOISE * scale->noise / scale->spacing, LEAST_SR);
     return 0;
 }

@@ -172,39 +172,64 @@ static int place_vertices(struct dx_stages *s, const struct dx_cloud *points,
     return dx_halfedges_split_fans(&mesh->edges, copy_vertex, mesh);
 }
 
-static int grow_from(struct dx_stages *s, struct dx_grow_stats *stats,
-                     const struct dx_grow_config *config, const struct dx_cloud *points,
-                     const double (*xyz)[3], struct dx_err *err)
+/* Points, by rank in `c`, with the normals that Q found. */
+struct grow_input {
+    const struct dx_cloud *c;
+    const double (*xyz)[3];
+    const float (*normal)[3];
+};
+
+static int grow_with(struct dx_stages *s, struct dx_grow_stats *stats,
+                     const struct dx_grow_config *config, const struct grow_input *in,
+                     float (*normal)[3], struct dx_err *err)
 {
+    struct dx_grow_config with = *config;
     struct dx_neighbours nb;
-    int rc = dx_neighbours_init(&nb, points, DX_GROW_K, s->pool, err);
+    int rc = dx_neighbours_init(&nb, in->c, DX_GROW_K, s->pool, err);
 
     if (rc < 0)
         return rc;
-    rc = dx_grow(&s->mesh.edges, stats, points, &nb, config, err);
+    for (uint32_t r = 0; r < in->c->n; r++)
+        for (int k = 0; k < 3; k++)
+            normal[r][k] = in->normal[in->c->index[r]][in->c->axis[k]];
+    with.normal = (const float(*)[3])normal;
+    rc = dx_grow(&s->mesh.edges, stats, in->c, &nb, &with, err);
     dx_neighbours_fini(&nb);
-    if (rc == 0 && place_vertices(s, points, xyz) < 0)
+    if (rc == 0 && place_vertices(s, in->c, in->xyz) < 0)
         rc = no_memory(s, err);
     if (rc < 0)
         dx_surface_mesh_fini(&s->mesh);
     return rc;
 }
 
+static int grow_from(struct dx_stages *s, struct dx_grow_stats *stats,
+                     const struct dx_grow_config *config, const struct grow_input *in,
+                     struct dx_err *err)
+{
+    float(*normal)[3] = malloc(((size_t)in->c->n + 1) * sizeof(*normal));
+    const int rc = normal ? grow_with(s, stats, config, in, normal, err) : no_memory(s, err);
+
+    free(normal);
+    return rc;
+}
+
 int dx_stages_grow(struct dx_stages *s, struct dx_grow_stats *stats,
                    const struct dx_grow_config *config, struct dx_err *err)
 {
-    const double(*xyz)[3] = (const double(*)[3])s->reduced.xyz;
+    struct grow_input in = {&s->cloud, (const double(*)[3])s->xyz, (const float(*)[3])s->normal};
     struct dx_cloud points;
     int rc;
 
     *stats = (struct dx_grow_stats){0};
     dx_surface_mesh_fini(&s->mesh);
     if (s->reduced.n == 0)
-        return grow_from(s, stats, config, &s->cloud, (const double(*)[3])s->xyz, err);
-    rc = dx_cloud_init(&points, xyz[0], s->reduced.n, s->pool, err);
+        return grow_from(s, stats, config, &in, err);
+    rc = dx_cloud_init(&points, s->reduced.xyz[0], s->reduced.n, s->pool, err);
     if (rc < 0)
         return rc;
-    rc = grow_from(s, stats, config, &points, xyz, err);
+    in = (struct grow_input){&points, (const double(*)[3])s->reduced.xyz,
+                             (const float(*)[3])s->reduced.normal};
+    rc = grow_from(s, stats, config, &in, err);
     dx_cloud_fini(&points);
     return rc;
 }
@@ -275,7 +300,7 @@ int dx_stages_orient(struct dx_stages *s, const double *viewpoint, struct dx_err
     struct dx_cloud points;
     int rc;
 
-    if (s->n == 0)
+    if (s->n < 3 || s->reduced.n == 1 || s->reduced.n == 2)
         return 0;
     if (s->reduced.n == 0)
         return orient(s->normal, &s->cloud, viewpoint, s->pool, err);

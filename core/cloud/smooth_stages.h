@@ -50,7 +50,7 @@ int dx_stages_refine(struct dx_stages *s, struct dx_refine_stats *stats,
 
 /* Turns the normals of the reduced points, or of all when there are none, to one side; those that
  * have none get that of their neighbours' plane. `viewpoint` [3], or NULL: the outside of what is
- * closed. Errors: -ENOMEM. */
+ * closed. Fewer than three points have none. Errors: -ENOMEM. */
 int dx_stages_orient(struct dx_stages *s, const double *viewpoint, struct dx_err *err);
 
 #endif

@@ -2,38 +2,17 @@
 #include "core/grid/area.h"
 
 #include "core/grid/cap.h"
+#include "core/grid/runs.h"
 
 #include <string.h>
-
-/* Elements [col0, col0 + DX_AREA) of a row of the grid; columns go around where it wraps and are
- * zero beyond its ends where it does not. */
-static void gather_row(uint8_t *out, const uint8_t *row, size_t size, int64_t col0, bool wrap,
-                       uint32_t width)
-{
-    for (int64_t q = 0; q < DX_AREA;) {
-        int64_t col = col0 + q, n = DX_AREA - q;
-
-        if (wrap)
-            col = (col + width) % width;
-        if (col < 0) {
-            n = n < -col ? n : -col;
-            memset(out + (size_t)q * size, 0, (size_t)n * size);
-        } else if (col >= width) {
-            memset(out + (size_t)q * size, 0, (size_t)n * size);
-        } else {
-            n = n < width - col ? n : width - col;
-            memcpy(out + (size_t)q * size, row + (size_t)col * size, (size_t)n * size);
-        }
-        q += n;
-    }
-}
 
 static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
 {
     return a->row0 + p >= 0 && a->row0 + p < height;
 }
 
-static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool wrap)
+static void gather_ranges(struct dx_area *a, const struct dx_plane *plane,
+                          const struct dx_runs *runs)
 {
     const size_t size = plane->range_bytes;
 
@@ -42,8 +21,8 @@ static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool 
         const uint8_t *row = plane->range;
 
         if (in_grid(a, p, plane->height))
-            gather_row(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, a->col0,
-                       wrap, plane->width);
+            dx_runs_gather(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, runs,
+                           DX_AREA);
         else
             memset(out, 0, DX_AREA * size);
         for (uint32_t q = 0; a->wide && size == 2 && q < DX_AREA; q++)
@@ -51,38 +30,21 @@ static void gather_ranges(struct dx_area *a, const struct dx_plane *plane, bool 
     }
 }
 
-static void prepare_narrow(struct dx_area *a, const struct dx_gates *gates)
+static void find_valid(struct dx_area *a, const struct dx_rows *rows)
 {
-    const struct dx_rows *rows = gates->rows;
-
-    for (uint32_t p = a->first; p < a->end; p++) {
-        rows->valid(a->valid[p], a->range16[p]);
-        rows->noise(a->noise[p], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
-        if (gates->diag == DX_DIAG_BEND)
-            rows->narrow.inverse(a->inverse.narrow[p], a->range16[p]);
-    }
-}
-
-static void prepare_wide(struct dx_area *a, const struct dx_gates *gates)
-{
-    for (uint32_t p = a->first; p < a->end; p++) {
-        for (uint32_t q = 0; q < DX_AREA; q++)
-            a->valid[p][q] = a->range[p][q] != 0;
-        if (gates->diag == DX_DIAG_BEND)
-            gates->rows->wide.inverse(a->inverse.wide[p], a->range[p]);
-    }
+    for (uint32_t p = a->first; p < a->end; p++)
+        a->valid[p] = a->wide ? rows->valid_wide(a->range[p]) : rows->valid(a->range16[p]);
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
-                             const struct dx_geometry *g)
+                             const struct dx_geometry *g, const struct dx_runs *runs)
 {
     for (int e = 0; e < DX_N_EDGES; e++)
         for (uint32_t p = a->first; p < a->end; p++) {
             if (!in_grid(a, p, g->height))
                 continue;
-            gather_row((uint8_t *)a->c[e][p],
-                       (const uint8_t *)(gates->c[e] + (size_t)dx_area_row(a, p) * g->width), 4,
-                       a->col0, g->wrap, g->width);
+            dx_runs_gather(a->c[e][p], gates->c[e] + (size_t)dx_area_row(a, p) * g->width,
+                           sizeof(a->c[e][p][0]), runs, DX_AREA);
             for (uint32_t q = 0; !gates->wide && q < DX_AREA; q++)
                 a->c16[e][p][q] = (uint16_t)a->c[e][p][q];
         }
@@ -93,6 +55,7 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
                     uint32_t tile_col)
 {
     uint32_t row = tile_row * DX_TILE_CELLS, col = tile_col * DX_TILE_CELLS;
+    struct dx_runs runs;
 
     a->row0 = (int64_t)row - DX_MARGIN;
     a->col0 = (int64_t)col - DX_MARGIN;
@@ -101,13 +64,11 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
     a->first = DX_MARGIN - gates->margin;
     a->end = DX_MARGIN + a->n_rows + 1 + gates->margin;
     a->wide = gates->wide;
-    gather_ranges(a, plane, g->wrap);
-    if (gates->wide)
-        prepare_wide(a, gates);
-    else
-        prepare_narrow(a, gates);
+    dx_runs_find(&runs, a->col0, DX_AREA, g->wrap, g->width);
+    gather_ranges(a, plane, &runs);
+    find_valid(a, gates->rows);
     if (gates->per_dexel)
-        gather_constants(a, gates, g);
+        gather_constants(a, gates, g, &runs);
     if (gates->cap)
         dx_cap_gather(a, g, gates);
 }

@@ -22,30 +22,26 @@ struct dx_area {
     uint32_t first, end;     /* area rows that the rules in force read */
     bool wide;               /* as the gates: which of the two kinds of ranges is filled */
 
-    /* narrow: 16-bit ranges, and the noise term of their gates */
-    uint16_t range16[DX_AREA][DX_AREA_STRIDE], noise[DX_AREA][DX_AREA_STRIDE];
+    /* narrow: 16-bit ranges */
+    uint16_t range16[DX_AREA + 1][DX_AREA_STRIDE];     /* and room for a row below the last */
     uint16_t c16[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
 
     /* wide: 32-bit ranges */
-    uint32_t range[DX_AREA][DX_AREA_STRIDE];
+    uint32_t range[DX_AREA + 1][DX_AREA_STRIDE];
     uint32_t c[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
-
-    union { /* near 2^40 / range, for bends */
-        float narrow[DX_AREA][DX_AREA_STRIDE];
-        double wide[DX_AREA][DX_AREA_STRIDE];
-    } inverse;
 
     /* capped only (cap.h): points, units, and what |x| + |y| + |z| is in each row at most */
     const struct dx_geometry *geometry;
     struct dx_row_points point[DX_AREA];
     float sum[DX_AREA];
 
-    uint8_t valid[DX_AREA][DX_AREA_STRIDE];
-    uint8_t joined[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* edges.h */
-    uint8_t alive[DX_AREA][DX_AREA_STRIDE];              /* mixed.h: valid and no mixed pixel */
+    dx_bits valid[DX_AREA];
+    dx_bits joined[DX_N_EDGES][DX_AREA]; /* edges.h; those of row p's cells */
+    dx_bits alive[DX_AREA];              /* mixed.h: valid and no mixed pixel */
+    dx_bits edge[DX_N_EDGES][DX_AREA];   /* joined, and both ends alive: what cells are made of */
 };
 
-/* Fills all but joined and alive for tile (row, col). */
+/* Fills all but joined, alive and edge for tile (row, col). */
 void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struct dx_tiling *tiling,
                     const struct dx_geometry *g, const struct dx_gates *gates, uint32_t tile_row,
                     uint32_t tile_col);
@@ -107,12 +103,26 @@ static inline struct dx_ends dx_edge_ends(enum dx_edge e)
     return ends[e];
 }
 
-/* A final edge: joined, and neither end a mixed pixel. (p,q) names the cell. */
+/* Which cells of row p have both ends of their edges among the dexels that `here` (row p) and
+ * `below` (row p + 1) tell. */
+static inline void dx_edges_both(dx_bits both[DX_N_EDGES], dx_bits here, dx_bits below)
+{
+    both[DX_EDGE_H] = here & here >> 1;
+    both[DX_EDGE_V] = here & below;
+    both[DX_EDGE_AC] = here & below >> 1;
+    both[DX_EDGE_BD] = here >> 1 & below;
+}
+
+/* The tile's own cells, or dexels, of a row: bit j is that of column j. */
+static inline uint64_t dx_area_own(dx_bits row)
+{
+    return (uint64_t)(row >> DX_MARGIN);
+}
+
+/* A final edge; (p,q) names the cell. */
 static inline bool dx_area_edge(const struct dx_area *a, enum dx_edge e, uint32_t p, uint32_t q)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-
-    return a->joined[e][p][q] & a->alive[p + end.p0][q + end.q0] & a->alive[p + end.p1][q + end.q1];
+    return dx_bits_at(a->edge[e][p], q);
 }
 
 #endif

@@ -8,7 +8,6 @@
  */
 #include "core/grid/cap.h"
 
-#include "core/base/bytes.h"
 #include "core/grid/strip.h"
 
 #include <math.h>
@@ -132,16 +131,16 @@ void dx_cap_row(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e,
                                      .z = {from->z + end.q0, to->z + end.q1}};
     const struct limit limit =
         limit_of(gates, (double)a->sum[p + end.p0] + (double)a->sum[p + end.p1]);
-    uint8_t unsure[DX_ROWS_N], *joined = a->joined[e][p];
+    const struct dx_row_joined row = gates->rows->cap(&span, limit.cap2, limit.margin);
+    const dx_bits asked = a->joined[e][p];
+    dx_bits joined = asked & row.joined & ~row.unsure;
 
-    if (!gates->rows->cap(joined, unsure, &span, limit.cap2, limit.margin))
-        return;
-    for (uint32_t q = 0; q < DX_ROWS_N; q += 8)
-        for (uint64_t eight = dx_get_u64(unsure + q); eight; eight &= eight - 1) {
-            const uint32_t k = q + (uint32_t)__builtin_ctzll(eight) / 8;
+    for (dx_bits unsure = asked & row.unsure; unsure; unsure &= unsure - 1) {
+        const uint32_t q = dx_bits_first(unsure);
 
-            joined[k] = is_within(a, gates, p + end.p0, k + end.q0, p + end.p1, k + end.q1);
-        }
+        joined |= (dx_bits)is_within(a, gates, p + end.p0, q + end.q0, p + end.p1, q + end.q1) << q;
+    }
+    a->joined[e][p] = joined;
 }
 
 bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,

@@ -66,17 +66,22 @@ static bool prefer_corners(const struct dx_area *a, const struct dx_gates *gates
            difference(top[1], bottom[0]) + (sigma * BIAS_RANGES >> 16);
 }
 
-/* A diagonal edge of the cells i rows and j columns from those of row p, from the tile's first cell
- * on. */
-static const uint8_t *outer_edge(const struct dx_area *a, enum dx_edge e, uint32_t p, int i, int j)
-{
-    return a->joined[e][p + (uint32_t)i] + DX_MARGIN + j;
-}
-
+/* Whether a cell is joined to the four samples beyond its corners. */
 static bool has_outer(const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return a->joined[DX_EDGE_AC][p - 1][q - 1] & a->joined[DX_EDGE_AC][p + 1][q + 1] &
-           a->joined[DX_EDGE_BD][p - 1][q + 1] & a->joined[DX_EDGE_BD][p + 1][q - 1];
+    return dx_bits_at(a->joined[DX_EDGE_AC][p - 1], q - 1) &&
+           dx_bits_at(a->joined[DX_EDGE_AC][p + 1], q + 1) &&
+           dx_bits_at(a->joined[DX_EDGE_BD][p - 1], q + 1) &&
+           dx_bits_at(a->joined[DX_EDGE_BD][p + 1], q - 1);
+}
+
+/* The same of a row of cells. */
+static uint64_t find_outer(const struct dx_area *a, uint32_t p)
+{
+    const dx_bits ac = a->joined[DX_EDGE_AC][p - 1] << 1 & a->joined[DX_EDGE_AC][p + 1] >> 1;
+    const dx_bits bd = a->joined[DX_EDGE_BD][p - 1] >> 1 & a->joined[DX_EDGE_BD][p + 1] << 1;
+
+    return dx_area_own(ac & bd);
 }
 
 /* Rows that diagonal lines go through: not the grid's first and last. */
@@ -113,16 +118,20 @@ static const struct dx_row_bends *loops(const struct dx_area *a, const struct dx
     return a->wide ? &gates->rows->wide : &gates->rows->narrow;
 }
 
-static const void *inverse_at(const struct dx_area *a, uint32_t p, uint32_t q)
+static void *inverse_at(struct dx_diagonal *d, const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return a->wide ? (const void *)(a->inverse.wide[p] + q)
-                   : (const void *)(a->inverse.narrow[p] + q);
+    return a->wide ? (void *)(d->inverse.wide[p & 7] + q) : (void *)(d->inverse.narrow[p & 7] + q);
 }
 
-static const void *range_row(const struct dx_area *a, uint32_t p)
+static const void *range_at(const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return a->wide ? (const void *)(a->range[p] + DX_MARGIN)
-                   : (const void *)(a->range16[p] + DX_MARGIN);
+    return a->wide ? (const void *)(a->range[p] + q) : (const void *)(a->range16[p] + q);
+}
+
+static void invert_row(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
+                       uint32_t p)
+{
+    loops(a, gates)->inverse(inverse_at(d, a, p, 0), range_at(a, p, 0));
 }
 
 static double weight(uint32_t w)
@@ -143,13 +152,14 @@ static struct dx_row_weights weights_of(struct dx_line ac, struct dx_line bd)
     return w;
 }
 
+/* Of the dexels of row p, from the inverse ranges of the rows around it. */
 static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
                          const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
 {
-    const void *const inverse[3] = {inverse_at(a, p - 1, DX_MARGIN - 1),
-                                    inverse_at(a, p, DX_MARGIN - 1),
-                                    inverse_at(a, p + 1, DX_MARGIN - 1)};
-    struct dx_row_residuals *out = &d->line[p & 1];
+    const void *const inverse[3] = {inverse_at(d, a, p - 1, DX_MARGIN - 1),
+                                    inverse_at(d, a, p, DX_MARGIN - 1),
+                                    inverse_at(d, a, p + 1, DX_MARGIN - 1)};
+    struct dx_row_residuals *out = &d->line[p & 3];
     const uint32_t row = dx_area_row(a, p);
 
     if (!has_lines(a, g, p))
@@ -169,41 +179,39 @@ static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
     }
 }
 
-static void bend_row(struct dx_preference *preference, const struct dx_diagonal *d,
-                     const struct dx_area *a, const struct dx_gates *gates,
-                     const struct dx_geometry *g, uint32_t p)
+static struct dx_row_preference bend_row(struct dx_diagonal *d, const struct dx_area *a,
+                                         const struct dx_gates *gates, const struct dx_geometry *g,
+                                         uint32_t p)
 {
-    static const uint8_t none[DX_ROWS_CELLS];
     const bool lines = has_lines(a, g, p) && has_lines(a, g, p + 1);
-    const struct dx_row_bend row = {.top = &d->line[p & 1],
-                                    .bottom = &d->line[~p & 1],
-                                    .inverse = inverse_at(a, p, DX_MARGIN),
-                                    .range = range_row(a, p),
-                                    .range_below = range_row(a, p + 1),
-                                    .outer = {lines ? outer_edge(a, DX_EDGE_AC, p, -1, -1) : none,
-                                              lines ? outer_edge(a, DX_EDGE_AC, p, 1, 1) : none,
-                                              lines ? outer_edge(a, DX_EDGE_BD, p, -1, 1) : none,
-                                              lines ? outer_edge(a, DX_EDGE_BD, p, 1, -1) : none}};
+    const struct dx_row_bend row = {.top = &d->line[p & 3],
+                                    .bottom = &d->line[(p + 1) & 3],
+                                    .inverse = inverse_at(d, a, p, DX_MARGIN),
+                                    .range = range_at(a, p, DX_MARGIN),
+                                    .range_below = range_at(a, p + 1, DX_MARGIN),
+                                    .outer = lines ? find_outer(a, p) : 0};
 
-    loops(a, gates)->bend(preference->bd, preference->unsure, &row, &gates->row_sigma);
+    return loops(a, gates)->bend(&row, &gates->row_sigma);
 }
 
 void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g)
 {
-    if (gates->diag == DX_DIAG_BEND)
-        residual_row(d, a, gates, g, DX_MARGIN);
+    if (gates->diag != DX_DIAG_BEND)
+        return;
+    for (uint32_t p = DX_MARGIN - 1; p <= DX_MARGIN + 3; p++)
+        invert_row(d, a, gates, p);
+    residual_row(d, a, gates, g, DX_MARGIN);
+    residual_row(d, a, gates, g, DX_MARGIN + 1);
 }
 
-void dx_diagonal_row(struct dx_preference *preference, struct dx_diagonal *d,
-                     const struct dx_area *a, const struct dx_gates *gates,
-                     const struct dx_geometry *g, uint32_t p)
+struct dx_row_preference dx_diagonal_row(struct dx_diagonal *d, const struct dx_area *a,
+                                         const struct dx_gates *gates, const struct dx_geometry *g,
+                                         uint32_t p)
 {
-    if (gates->diag == DX_DIAG_BEND) {
-        residual_row(d, a, gates, g, p + 1);
-        bend_row(preference, d, a, gates, g, p);
-    } else {
-        memset(preference->bd, 0, sizeof(preference->bd));
-        memset(preference->unsure, gates->diag != DX_DIAG_FIXED, sizeof(preference->unsure));
-    }
+    if (gates->diag != DX_DIAG_BEND)
+        return (struct dx_row_preference){0, gates->diag != DX_DIAG_FIXED ? UINT64_MAX : 0};
+    invert_row(d, a, gates, p + 4);
+    residual_row(d, a, gates, g, p + 2);
+    return bend_row(d, a, gates, g, p);
 }

@@ -9,25 +9,26 @@
 
 #include "core/grid/area.h"
 
-/* Scratch that carries residuals from a row to the next, of even and odd area rows. */
+/* Scratch that carries from a row of cells to the next: inverse ranges by area row & 7, residuals
+ * by area row & 3. Both are made a row before they are read: a load across two stores waits until
+ * they are done. */
 struct dx_diagonal {
-    struct dx_row_residuals line[2];
+    union { /* near 2^40 / range */
+        float narrow[8][DX_AREA_STRIDE];
+        double wide[8][DX_AREA_STRIDE];
+    } inverse;
+    struct dx_row_residuals line[4];
     struct dx_row_weights weights[DX_ROWS_CORNERS]; /* uneven grids only */
-};
-
-/* A row of cells. Where it is unsure, dx_diagonal_decide tells. */
-struct dx_preference {
-    uint8_t bd[DX_ROWS_CELLS], unsure[DX_ROWS_CELLS];
 };
 
 /* Before the first row. */
 void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g);
 
-/* The cells of area row p; rows follow each other. */
-void dx_diagonal_row(struct dx_preference *preference, struct dx_diagonal *d,
-                     const struct dx_area *a, const struct dx_gates *gates,
-                     const struct dx_geometry *g, uint32_t p);
+/* The cells of area row p; rows follow each other. Where it is unsure, dx_diagonal_decide tells. */
+struct dx_row_preference dx_diagonal_row(struct dx_diagonal *d, const struct dx_area *a,
+                                         const struct dx_gates *gates, const struct dx_geometry *g,
+                                         uint32_t p);
 
 /* In integers: whether cell (p, q), all of whose corners are there, prefers b-d. */
 bool dx_diagonal_decide(const struct dx_area *a, const struct dx_gates *gates,

@@ -6,95 +6,112 @@
 
 #include <string.h>
 
-/* Where the loop is not sure: the integers. Returns whether any has failed. */
-static bool settle_wide(struct dx_area *a, uint8_t failed[DX_ROWS_N], const uint8_t *unsure,
-                        const struct dx_gates *gates, enum dx_edge e, uint32_t p)
+/* Noise terms of the row of a cell's upper corners and of the one below, by area row & 1. */
+struct noise {
+    uint16_t row[2][DX_AREA_STRIDE];
+};
+
+static void fill_noise(struct noise *n, const struct dx_area *a, const struct dx_gates *gates,
+                       uint32_t p)
+{
+    if (gates->first_order && !gates->wide)
+        gates->rows->noise(n->row[p & 1], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
+}
+
+static void join_narrow(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
+                        const struct dx_gates *gates, uint32_t p)
+{
+    const struct dx_row_pair rows = {a->range16[p], a->range16[p + 1], n->row[p & 1],
+                                     n->row[~p & 1]};
+    const uint16_t *each[DX_N_EDGES];
+    uint16_t c[DX_N_EDGES];
+
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        each[e] = a->c16[e][p];
+        c[e] = gates->per_dexel ? 0 : (uint16_t)gates->c[e][dx_area_row(a, p)];
+    }
+    if (gates->per_dexel)
+        gates->rows->join_each(joined, &rows, each);
+    else
+        gates->rows->join(joined, &rows, c);
+}
+
+/* Where the loop is not sure of a pair that is there: the integers. */
+static dx_bits settle_wide(const struct dx_area *a, dx_bits unsure, const struct dx_gates *gates,
+                           enum dx_edge e, uint32_t p)
 {
     const struct dx_ends end = dx_edge_ends(e);
     const uint32_t *x = a->range[p + end.p0] + end.q0, *y = a->range[p + end.p1] + end.q1;
     const uint32_t *c = gates->per_dexel ? a->c[e][p] : &gates->c[e][dx_area_row(a, p)];
-    bool any = false;
+    dx_bits joined = 0;
 
-    for (uint32_t q = 0; q < DX_AREA; q++)
-        if (unsure[q]) {
-            a->joined[e][p][q] = dx_gates_pass(gates, x[q], y[q], c[gates->per_dexel ? q : 0]);
-            failed[q] = !a->joined[e][p][q];
-            any |= failed[q];
-        }
-    return any;
+    for (; unsure; unsure &= unsure - 1) {
+        const uint32_t q = dx_bits_first(unsure);
+
+        joined |= (dx_bits)dx_gates_pass(gates, x[q], y[q], c[gates->per_dexel ? q : 0]) << q;
+    }
+    return joined;
 }
 
-static bool join_wide(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
-                      enum dx_edge e, uint32_t p)
+static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
+                      const dx_bits there[DX_N_EDGES], const struct dx_gates *gates, uint32_t p)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-    const struct dx_row_wide_pair pair = {.x = a->range[p + end.p0] + end.q0,
-                                          .y = a->range[p + end.p1] + end.q1,
-                                          .t0 = gates->t0,
-                                          .n2 = (double)gates->n2};
-    uint8_t unsure[DX_ROWS_N];
-    struct dx_row_joined any;
+    const struct dx_row_wide_pair rows = {a->range[p], a->range[p + 1], gates->t0,
+                                          (double)gates->n2};
+    struct dx_row_joined row[DX_N_EDGES];
+    const uint32_t *each[DX_N_EDGES];
+    uint32_t c[DX_N_EDGES];
 
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        each[e] = a->c[e][p];
+        c[e] = gates->per_dexel ? 0 : gates->c[e][dx_area_row(a, p)];
+    }
     if (gates->per_dexel)
-        any = gates->rows->join_wide_each(a->joined[e][p], failed, unsure, &pair, a->c[e][p]);
+        gates->rows->join_wide_each(row, &rows, each);
     else
-        any = gates->rows->join_wide(a->joined[e][p], failed, unsure, &pair,
-                                     gates->c[e][dx_area_row(a, p)]);
-    if (any.unsure)
-        any.failed |= settle_wide(a, failed, unsure, gates, e, p);
-    return any.failed;
+        gates->rows->join_wide(row, &rows, c);
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
+        joined[e] = row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p);
 }
 
-static bool join_narrow(struct dx_area *a, uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
-                        enum dx_edge e, uint32_t p)
+/* A row of edges, by their kinds: bit q is that of cell (p, q). In the paper's mode whatever is
+ * there is joined. */
+static void join_row(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
+                     const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
 {
-    const struct dx_ends end = dx_edge_ends(e);
-    const struct dx_row_pair pair = {.x = a->range16[p + end.p0] + end.q0,
-                                     .y = a->range16[p + end.p1] + end.q1,
-                                     .noise_x = a->noise[p + end.p0] + end.q0,
-                                     .noise_y = a->noise[p + end.p1] + end.q1};
+    dx_bits there[DX_N_EDGES];
 
-    if (gates->per_dexel)
-        return gates->rows->join_each(a->joined[e][p], failed, &pair, a->c16[e][p]);
-    return gates->rows->join(a->joined[e][p], failed, &pair,
-                             (uint16_t)gates->c[e][dx_area_row(a, p)]);
-}
-
-/* The paper's rule: whatever is there. */
-static void join_valid(struct dx_area *a, enum dx_edge e, uint32_t p)
-{
-    const struct dx_ends end = dx_edge_ends(e);
-    const uint8_t *x = a->valid[p + end.p0] + end.q0, *y = a->valid[p + end.p1] + end.q1;
-
-    for (uint32_t q = 0; q < DX_AREA; q++)
-        a->joined[e][p][q] = x[q] & y[q];
-}
-
-/* A row of edges: joined[e][p][q] is that of cell (p, q). */
-static void join_row(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g,
-                     enum dx_edge e, uint32_t p)
-{
-    uint8_t failed[DX_ROWS_N] = {0};
-
+    dx_edges_both(there, a->valid[p], p + 1 < a->end ? a->valid[p + 1] : 0);
+    memcpy(joined, there, sizeof(there));
     if (!gates->first_order)
-        join_valid(a, e, p);
-    else if ((gates->wide ? join_wide : join_narrow)(a, failed, gates, e, p) && gates->rescue)
-        dx_rescue_row(a, failed, gates, g, e, p);
+        return;
+    if (gates->wide)
+        join_wide(joined, a, there, gates, p);
+    else
+        join_narrow(joined, a, n, gates, p);
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        joined[e] &= there[e];
+        if (joined[e] != there[e] && gates->rescue)
+            joined[e] |= dx_rescue_row(a, there[e] & ~joined[e], gates, g, e, p);
+    }
 }
 
 void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g)
 {
-    for (uint32_t p = a->first; p < a->end; p++)
-        for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-            int64_t row = a->row0 + p;
+    struct noise noise = {0};
 
-            /* the last row that is read has no row below it: only H edges */
-            if (row < 0 || row >= g->height || (e != DX_EDGE_H && p + 1 == a->end)) {
-                memset(a->joined[e][p], 0, sizeof(a->joined[e][p]));
-                continue;
-            }
-            join_row(a, gates, g, e, p);
-            if (gates->cap)
+    fill_noise(&noise, a, gates, a->first);
+    for (uint32_t p = a->first; p < a->end; p++) {
+        dx_bits joined[DX_N_EDGES] = {0};
+
+        if (p + 1 < a->end) /* the last row that is read has none below it */
+            fill_noise(&noise, a, gates, p + 1);
+        if (a->row0 + p >= 0 && a->row0 + p < g->height)
+            join_row(joined, a, &noise, gates, g, p);
+        for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+            a->joined[e][p] = joined[e];
+            if (gates->cap && joined[e])
                 dx_cap_row(a, gates, e, p);
         }
+    }
 }

@@ -86,8 +86,11 @@ static inline struct dx_line dx_gates_line(const struct dx_gates *gates, uint32_
 static inline bool dx_gates_pass(const struct dx_gates *gates, uint32_t x, uint32_t y, uint32_t c)
 {
     uint64_t lo = x < y ? x : y, hi = x < y ? y : x;
-    unsigned __int128 square = (unsigned __int128)(lo * lo >> 16) * gates->n2 >> 16;
+    unsigned __int128 square;
 
+    if (!gates->wide) /* each factor has 16 bits */
+        return hi - lo <= gates->t0 + (lo * c >> 16) + ((lo * lo >> 16) * gates->n2 >> 16);
+    square = (unsigned __int128)(lo * lo >> 16) * gates->n2 >> 16;
     return hi - lo <= gates->t0 + (lo * c >> 16) + square;
 }
 

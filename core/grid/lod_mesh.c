@@ -18,7 +18,7 @@ struct dx_lod_scratch {
     uint8_t active[SIDE][SIDE]; /* by row and column of the tile's corners of cells */
     struct dx_tile cut;         /* the cells that are left */
     struct dx_used used;
-    uint16_t rank[DX_USED_ROOM];
+    uint16_t rank[DX_RANK_ROOM];
     uint16_t corner[3 * DX_TILE_MAX_TRIANGLES]; /* of the larger triangles: block dexels */
     uint32_t n_corners;
 };
@@ -117,7 +117,7 @@ static void cut_triangle(struct dx_lod_scratch *s, struct place p, struct place 
     }
     for (int k = 0; k < 3; k++) {
         s->corner[s->n_corners++] = block_dexel(corner[k]);
-        s->used.at[block_dexel(corner[k])] = 1;
+        dx_used_add(&s->used, block_dexel(corner[k]));
     }
 }
 
@@ -147,7 +147,7 @@ static void take_vertices(struct dx_tile_mesh *mesh, const struct dx_tile_mesh *
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
         if (!(whole->mask[k / 8] >> (k % 8) & 1))
             continue;
-        if (used->at[k]) {
+        if (dx_used_has(used, k)) {
             memcpy(mesh->xyz + 3 * (size_t)to, whole->xyz + 3 * (size_t)from,
                    3 * sizeof(*mesh->xyz));
             if (whole->attr_bytes)
@@ -184,17 +184,19 @@ void dx_lod_mesh(struct dx_tile_mesh *mesh, const struct dx_lod *lod, struct dx_
     memcpy(s->cut.strut, tile->strut, sizeof(s->cut.strut));
     find_active(s->active, lod, level, tile);
     cut_cells(s, tile);
-    dx_used_mark(&s->used, &s->cut);
+    dx_used_mark(&s->used, s->cut.code, s->cut.strut);
     s->n_corners = 0;
     cut_tile(s);
+    dx_used_number(&s->used);
 
     mesh->row = whole->row;
     mesh->col = whole->col;
     mesh->attr_bytes = whole->attr_bytes;
     mesh->has_normals = whole->has_normals;
     dx_used_pack(&s->used, mesh->mask);
-    mesh->n_vertices = dx_used_rank(&s->used, s->rank);
+    dx_used_rank(&s->used, s->rank);
+    mesh->n_vertices = dx_used_count(&s->used);
     take_vertices(mesh, whole, &s->used);
-    mesh->n_triangles = dx_tile_emit(&s->cut, s->rank, flip, mesh->index);
+    mesh->n_triangles = dx_tile_emit(&s->cut, &s->used, flip, mesh->index);
     mesh->n_triangles += put_larger(mesh->index + 3 * (size_t)mesh->n_triangles, s, flip);
 }

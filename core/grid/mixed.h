@@ -8,7 +8,7 @@
 
 #include "core/grid/area.h"
 
-/* Fills alive from ranges and joined. */
+/* Fills alive from valid and joined, and so the final edges. */
 void dx_mixed_find(struct dx_area *a, const struct dx_gates *gates);
 
 #endif

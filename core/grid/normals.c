@@ -235,13 +235,12 @@ static void add_struts(struct field *f)
 static void encode(struct dx_tile *tile, const struct field *f)
 {
     int8_t bytes[2 * DX_ROWS_N];
-    uint8_t used[DX_ROWS_N] = {0};
-    struct dx_used of_tile;
+    struct dx_used used;
 
-    dx_used_mark(&of_tile, tile);
+    dx_used_mark(&used, tile->code, tile->strut);
     for (uint32_t i = 0; i < DX_BLOCK; i++) {
-        memcpy(used + FIRST_COL, of_tile.at + (size_t)i * DX_BLOCK, DX_BLOCK);
-        f->rows->octahedral(bytes, &f->sum[i + RING], used, f->source->geometry->flip);
+        f->rows->octahedral(bytes, &f->sum[i + RING], used.row[i] << FIRST_COL,
+                            f->source->geometry->flip);
         memcpy(tile->normal + 2 * (size_t)i * DX_BLOCK, bytes + 2 * FIRST_COL, 2 * DX_BLOCK);
     }
 }

@@ -19,15 +19,13 @@ void dx_terrain_mark_tiles(struct dx_terrain *t, const struct dx_rect *dexels)
     dx_marks_set(t->marked, &t->tiling, dexels, halo, halo - 1); /* cells, and a dexel's own four */
 }
 
-/* Dexels (row, col0..col1) have changed: so can the tiles around, or the smoothed ranges around. */
-static void mark(struct dx_terrain *t, uint32_t row, uint32_t col0, uint32_t col1)
+/* Dexels have changed: so can the tiles around, or the smoothed ranges around. */
+static void mark(struct dx_terrain *t, const struct dx_rect *dexels)
 {
-    const struct dx_rect dexels = {row, row, col0, col1};
-
     if (t->smoothing)
-        dx_smoothing_mark(t->smoothing, &dexels);
+        dx_smoothing_mark(t->smoothing, dexels);
     else
-        dx_terrain_mark_tiles(t, &dexels);
+        dx_terrain_mark_tiles(t, dexels);
 }
 
 /* ---- the noise ------------------------------------------------------------------------------ */
@@ -64,10 +62,10 @@ static bool replace(void *to, const void *from, size_t n)
     return true;
 }
 
-static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
-                            uint32_t col0, uint32_t n)
+/* `n` dexels from `at` on; whether any of them differed. */
+static bool publish_segment(const struct dx_terrain *t, const struct dx_plane *frame, size_t at,
+                            size_t n)
 {
-    size_t at = (size_t)row * frame->width + col0;
     size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes;
     bool differs = replace((uint8_t *)t->sampled->range + at * rb,
                            (const uint8_t *)frame->range + at * rb, n * rb);
@@ -78,21 +76,60 @@ static void publish_segment(struct dx_terrain *t, const struct dx_plane *frame, 
     if (t->sampled->xyz)
         differs |=
             replace(t->sampled->xyz + 3 * at, frame->xyz + 3 * at, 3 * n * sizeof(*frame->xyz));
-    if (differs)
-        mark(t, row, col0, col0 + n - 1);
+    return differs;
 }
 
+static bool is_same(const struct dx_terrain *t, const struct dx_plane *frame, size_t at, size_t n)
+{
+    size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes;
+
+    return memcmp((const uint8_t *)t->sampled->range + at * rb,
+                  (const uint8_t *)frame->range + at * rb, n * rb) == 0 &&
+           (!ab || memcmp((const uint8_t *)t->sampled->attr + at * ab,
+                          (const uint8_t *)frame->attr + at * ab, n * ab) == 0) &&
+           (!t->sampled->xyz || memcmp(t->sampled->xyz + 3 * at, frame->xyz + 3 * at,
+                                       3 * n * sizeof(*frame->xyz)) == 0);
+}
+
+/* Row `row` by tiles, whose rectangles of what has changed grow by it. */
+static void publish_tiles(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
+                          uint32_t col0, uint32_t n_cols)
+{
+    for (uint32_t j = col0; j < col0 + n_cols;) {
+        struct dx_rect *moved = &t->moved[j / DX_TILE_CELLS];
+        uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
+
+        end = end < col0 + n_cols ? end : col0 + n_cols;
+        if (publish_segment(t, frame, (size_t)row * frame->width + j, end - j)) {
+            moved->row0 = moved->row0 < row ? moved->row0 : row;
+            moved->row1 = row;
+            moved->col0 = j;
+            moved->col1 = end - 1;
+        }
+        j = end;
+    }
+}
+
+/* By rows, as they lie in memory; most are the same where little moves. Tiles are marked once for
+ * their rows. */
 static void publish_frame(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
                           uint32_t n_cols)
 {
-    for (uint32_t i = 0; i < frame->height; i++)
-        for (uint32_t j = col0; j < col0 + n_cols;) {
-            uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
+    const uint32_t first = col0 / DX_TILE_CELLS;
+    const uint32_t beyond = (col0 + n_cols + DX_TILE_CELLS - 1) / DX_TILE_CELLS;
 
-            end = end < col0 + n_cols ? end : col0 + n_cols;
-            publish_segment(t, frame, i, j, end - j);
-            j = end;
-        }
+    for (uint32_t row = 0; row < frame->height;) {
+        const uint32_t end = (row / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
+
+        for (uint32_t k = first; k < beyond; k++)
+            t->moved[k] = (struct dx_rect){.row0 = UINT32_MAX};
+        for (; row < frame->height && row < end; row++)
+            if (!is_same(t, frame, (size_t)row * frame->width + col0, n_cols))
+                publish_tiles(t, frame, row, col0, n_cols);
+        for (uint32_t k = first; k < beyond; k++)
+            if (t->moved[k].row0 != UINT32_MAX)
+                mark(t, &t->moved[k]);
+    }
 }
 
 /* ---- estimates, part by part ---------------------------------------------------------------- */
@@ -160,7 +197,7 @@ static void publish_row(struct dx_terrain *t, const struct part *p, uint32_t row
         last = k;
     }
     if (first != UINT32_MAX)
-        mark(t, row, p->col0 + first, p->col0 + last);
+        mark(t, &(struct dx_rect){row, row, p->col0 + first, p->col0 + last});
 }
 
 static void publish_part(struct dx_terrain *t, const struct dx_plane *frame, const struct part *p)

@@ -1,8 +1,6 @@
 /* The rescue, on the few edges that fail the first-order rule. */
 #include "core/grid/rescue.h"
 
-#include "core/base/bytes.h"
-
 #include <math.h>
 
 /* How well sample x of a line goes with the neighbour before and the one after it: the departure in
@@ -44,10 +42,11 @@ static enum fit fit_of(const struct dx_sigma *sigma, struct dx_line line, const 
     double q[3], off, variance = 0, sum = 0, least, most;
 
     for (int k = 0; k < 3; k++) {
+        const double inverse = 1 / (double)range[k];
         double noise;
 
-        q[k] = weight[k] * 0x1p40 / range[k];
-        noise = dx_sigma_at(sigma, range[k]) * q[k] / range[k];
+        q[k] = weight[k] * 0x1p40 * inverse;
+        noise = (double)dx_sigma_at(sigma, range[k]) * q[k] * inverse;
         variance += noise * noise;
         sum += noise;
     }
@@ -109,15 +108,15 @@ static bool rescued(const struct dx_area *a, const struct dx_gates *gates,
     return there == FIT_SURE && fit_at(a, gates, g, e, p1 + s.row, q1 + s.col);
 }
 
-void dx_rescue_row(struct dx_area *a, const uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
-                   const struct dx_geometry *g, enum dx_edge e, uint32_t p)
+dx_bits dx_rescue_row(const struct dx_area *a, dx_bits failed, const struct dx_gates *gates,
+                      const struct dx_geometry *g, enum dx_edge e, uint32_t p)
 {
-    uint8_t *joined = a->joined[e][p];
+    dx_bits joined = 0;
 
-    for (uint32_t q = 0; q < DX_ROWS_N; q += 8)
-        for (uint64_t eight = dx_get_u64(failed + q); eight; eight &= eight - 1) {
-            const uint32_t k = q + (uint32_t)__builtin_ctzll(eight) / 8;
+    for (; failed; failed &= failed - 1) {
+        const uint32_t q = dx_bits_first(failed);
 
-            joined[k] = rescued(a, gates, g, e, p, k + dx_edge_ends(e).q0);
-        }
+        joined |= (dx_bits)rescued(a, gates, g, e, p, q + dx_edge_ends(e).q0) << q;
+    }
+    return joined;
 }

@@ -8,10 +8,10 @@
 
 #include "core/grid/area.h"
 
-/* Joins what it may of the row joined[e][p]; `failed` has 1 where both ends are there and the first
- * order has cut them. */
-void dx_rescue_row(struct dx_area *a, const uint8_t failed[DX_ROWS_N], const struct dx_gates *gates,
-                   const struct dx_geometry *g, enum dx_edge e, uint32_t p);
+/* Those of the pairs `failed`, of which both ends are there and the first order has cut them, that
+ * are joined after all. They are of row e, p. */
+dx_bits dx_rescue_row(const struct dx_area *a, dx_bits failed, const struct dx_gates *gates,
+                      const struct dx_geometry *g, enum dx_edge e, uint32_t p);
 
 /* One step along a line, in area rows and columns; a step to the left wraps, as unsigned sums do.
  */

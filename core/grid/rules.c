@@ -17,9 +17,13 @@ void dx_rules_apply(const struct dx_outcome *out, struct dx_rules_scratch *s,
 
 bool dx_rules_any(const struct dx_tile *tile)
 {
-    uint8_t any = 0;
+    for (uint32_t i = 0; i < tile->cell_rows; i++) { /* nearly all tiles tell by their first row */
+        uint8_t any = 0;
 
-    for (uint32_t k = 0; k < sizeof(tile->code); k++)
-        any |= tile->code[k];
-    return any || dx_tile_next_strut(tile, 0) < DX_BLOCK_DEXELS;
+        for (uint32_t j = 0; j < DX_TILE_CELLS; j++)
+            any |= tile->code[i * DX_TILE_CELLS + j];
+        if (any)
+            return true;
+    }
+    return dx_strut_next(tile->strut, 0) < DX_BLOCK_DEXELS;
 }

@@ -24,9 +24,9 @@ static const struct pair pairs[DX_SMOOTH_PAIRS] = {
     {2, 0, 0.499f}, {1, 2, 0.352f}, {1, -2, 0.352f}, {2, 1, 0.352f},  {2, -1, 0.352f},
 };
 
-/* Bytes of one row: whether dexel (p, q) is joined to the one `REACH` and fewer rows below or above
- * (columns to the right or left) of it, all edges between them included. By offset + REACH. */
-typedef uint8_t paths[2 * REACH + 1][DX_AREA_STRIDE];
+/* Of one row: which dexels are joined to the one `REACH` and fewer rows below or above (columns to
+ * the right or left) of them, all edges between them included. By offset + REACH. */
+typedef dx_bits paths[2 * REACH + 1];
 
 struct dx_smooth_scratch {
     struct dx_area area;
@@ -122,36 +122,36 @@ static void gather_directions(struct dx_smooth_scratch *x, const struct dx_geome
 
 /* ---- what is joined ------------------------------------------------------------------------- */
 
-static void both(uint8_t *restrict out, const uint8_t *a, const uint8_t *b, uint32_t n)
-{
-    for (uint32_t q = 0; q < n; q++)
-        out[q] = a[q] & b[q];
-}
-
 /* The paths from row p's dexels along their row and their columns. The first and last two columns
  * of the area have none: no part reaches them. */
 static void find_paths(struct dx_smooth_scratch *x, uint32_t p)
 {
-    const uint8_t *h = x->area.joined[DX_EDGE_H][p];
-    const uint8_t(*v)[DX_AREA_STRIDE] = x->area.joined[DX_EDGE_V];
-    const uint32_t n = DX_AREA_STRIDE;
+    const dx_bits h = x->area.joined[DX_EDGE_H][p], *v = x->area.joined[DX_EDGE_V];
 
-    memcpy(x->along[REACH + 1], h, n);
-    both(x->along[REACH + 2], h, h + 1, n - 1);
-    memcpy(x->along[REACH - 1] + 1, h, n - 1);
-    both(x->along[REACH - 2] + 2, h, h + 1, n - 2);
-    memcpy(x->down[REACH + 1], v[p], n);
-    both(x->down[REACH + 2], v[p], v[p + 1], n);
-    memcpy(x->down[REACH - 1], v[p - 1], n);
-    both(x->down[REACH - 2], v[p - 1], v[p - 2], n);
+    x->along[REACH + 1] = h;
+    x->along[REACH + 2] = h & h >> 1;
+    x->along[REACH - 1] = h << 1;
+    x->along[REACH - 2] = (h & h >> 1) << 2;
+    x->down[REACH + 1] = v[p];
+    x->down[REACH + 2] = v[p] & v[p + 1];
+    x->down[REACH - 1] = v[p - 1];
+    x->down[REACH - 2] = v[p - 1] & v[p - 2];
 }
 
-static struct dx_smooth_paths paths_of(const struct dx_smooth_scratch *x, const struct pair *pair)
+static dx_bits shifted(dx_bits row, int columns)
 {
-    return (struct dx_smooth_paths){{x->along[REACH + pair->dj] + DX_MARGIN,
-                                     x->along[REACH - pair->dj] + DX_MARGIN,
-                                     x->down[REACH + pair->di] + DX_MARGIN + pair->dj,
-                                     x->down[REACH - pair->di] + DX_MARGIN - pair->dj}};
+    return columns < 0 ? row << -columns : row >> columns;
+}
+
+/* The part's dexels that are joined to both ends of a pair by four paths: to each end first along
+ * the row, and then the rest of it along the column. */
+static dx_bits joined_by(const struct dx_smooth_scratch *x, const struct pair *pair)
+{
+    const dx_bits along = x->along[REACH + pair->dj] & x->along[REACH - pair->dj];
+    const dx_bits after = shifted(x->down[REACH + pair->di], pair->dj);
+    const dx_bits before = shifted(x->down[REACH - pair->di], -pair->dj);
+
+    return (along & after & before) >> DX_MARGIN;
 }
 
 /* ---- a row ---------------------------------------------------------------------------------- */
@@ -174,8 +174,8 @@ static void directions_of(struct dx_smooth_ends d[3], struct dx_smooth_scratch *
 static void find_slope(const struct dx_smooth *s, struct dx_smooth_scratch *x, uint32_t p)
 {
     struct dx_smooth_cross cross = {
-        .joined_before = {x->along[REACH - 1] + DX_MARGIN, x->down[REACH - 1] + DX_MARGIN},
-        .joined_after = {x->along[REACH + 1] + DX_MARGIN, x->down[REACH + 1] + DX_MARGIN}};
+        .joined_before = {x->along[REACH - 1] >> DX_MARGIN, x->down[REACH - 1] >> DX_MARGIN},
+        .joined_after = {x->along[REACH + 1] >> DX_MARGIN, x->down[REACH + 1] >> DX_MARGIN}};
 
     for (int e = 0; e < 2; e++) {
         cross.inverse[e] = ends_of(x->inverse, p, &pairs[e]);
@@ -216,7 +216,6 @@ static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
                       const struct dx_geometry *g, uint32_t p)
 {
     const struct dx_smoother *rows = &s->gates.rows->smoother;
-    struct dx_smooth_paths joined;
 
     find_paths(x, p);
     find_scale(s, x, p);
@@ -224,8 +223,7 @@ static void solve_row(const struct dx_smooth *s, struct dx_smooth_scratch *x,
         find_slope(s, x, p);
     for (unsigned k = 0; k < DX_SMOOTH_PAIRS; k++) {
         tell_row(s, x, g, p, k);
-        joined = paths_of(x, &pairs[k]);
-        rows->weigh(&x->row, k, &joined, pairs[k].weight);
+        rows->weigh(&x->row, k, joined_by(x, &pairs[k]), pairs[k].weight);
     }
     rows->solve(&x->row, DX_SMOOTH_MAX_MOVE);
 }
@@ -323,8 +321,7 @@ void dx_smooth_part(struct dx_smooth *s, struct dx_plane *out, struct dx_rect *c
 
     gather(s, x, in, tiling, g, tile);
     x->row.n = ((part.col1 - part.col0) / DX_SMOOTH_LANES + 1) * DX_SMOOTH_LANES;
-    memset(x->along[REACH], 1, sizeof(x->along[REACH])); /* every dexel is joined to itself */
-    memset(x->down[REACH], 1, sizeof(x->down[REACH]));
+    x->along[REACH] = x->down[REACH] = ~(dx_bits)0; /* every dexel is joined to itself */
     *changed = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
     for (uint32_t i = part.row0; i <= part.row1; i++) {
         solve_row(s, x, g, DX_MARGIN + i - part.row0);

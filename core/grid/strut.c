@@ -5,9 +5,7 @@
 
 uint8_t dx_strut_code(const struct dx_strut *s)
 {
-    unsigned n = (unsigned)s->across * 2 + (s->len - 1u);
-
-    return (uint8_t)(1 + (n * DX_STRUT_FIRST_SIDES + s->first) * DX_STRUT_SECOND_SIDES + s->second);
+    return (uint8_t)DX_STRUT_CODE(s->across, s->len, s->first, s->second);
 }
 
 /* Whether a strut of this length can have the side. */

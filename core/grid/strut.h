@@ -40,6 +40,10 @@ struct dx_strut {
     uint8_t second; /* side t = +1: 0..10 */
 };
 
+#define DX_STRUT_CODE(across, len, first, second)                                                  \
+    (1u + ((2u * (across) + (len)-1u) * DX_STRUT_FIRST_SIDES + (first)) * DX_STRUT_SECOND_SIDES +  \
+     (second))
+
 /* 1..220; 0 is no strut. */
 uint8_t dx_strut_code(const struct dx_strut *s);
 

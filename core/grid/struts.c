@@ -1,16 +1,12 @@
 /* Struts of a tile: first which way each missing dexel is spanned, then what lies beside. */
 #include "core/grid/struts.h"
 
-#include "core/base/bytes.h"
-
 #include <string.h>
 
-/* A way to be spanned: one more than DX_SPAN(across, len) * 2 + place in the run (0 or 1). */
-#define NOT_SPANNED 0
-
+/* A way to be spanned, and the place in the run (0 or 1). */
 static uint8_t span_of(bool across, uint8_t len, unsigned place)
 {
-    return (uint8_t)(1 + DX_SPAN(across, len) * 2 + place);
+    return (uint8_t)(DX_SPAN(across, len) * 2 + place);
 }
 
 /* A run of missing dexels: its first one, and the steps along it and to its side t = +1. */
@@ -73,15 +69,16 @@ static bool can_span(const struct run *r, const struct dx_area *a, const struct 
     const struct place begin = at(r, -1, 0), end = at(r, r->len, 0);
     uint32_t row = dx_area_row(a, r->p), col = dx_area_col(a, r->q, g->width);
 
-    return a->alive[begin.p][begin.q] && a->alive[end.p][end.q] &&
+    return dx_bits_at(a->alive[begin.p], begin.q) && dx_bits_at(a->alive[end.p], end.q) &&
            dx_gates_pass(gates, range_at(a, begin), range_at(a, end),
                          dx_gates_span(gates, g, r->across, r->len, row, col)) &&
            within_cap(a, gates, begin, end) &&
            dx_gates_faces(gates, g, r->across, r->len, row, col);
 }
 
-static uint8_t choose(const struct dx_area *a, const struct dx_gates *gates,
-                      const struct dx_geometry *g, uint32_t p, uint32_t q)
+/* False: no way. */
+static bool choose(uint8_t *way, const struct dx_area *a, const struct dx_gates *gates,
+                   const struct dx_geometry *g, uint32_t p, uint32_t q)
 {
     const struct run *best = NULL;
     struct run run[2];
@@ -96,7 +93,41 @@ static uint8_t choose(const struct dx_area *a, const struct dx_gates *gates,
                                         difference(a, at(best, -1, 0), at(best, best->len, 0))))
             best = r;
     }
-    return best ? span_of(best->across, best->len, p != best->p || q != best->q) : NOT_SPANNED;
+    if (best)
+        *way = span_of(best->across, best->len, p != best->p || q != best->q);
+    return best;
+}
+
+/* Missing dexels of row p that may be spanned and are not lone ones: they have two ends opposite
+ * each other, or, where two in a row are bridged, any. */
+static dx_bits find_crowded(const struct dx_area *a, dx_bits lone, uint8_t bridge, uint32_t p)
+{
+    const dx_bits above = a->valid[p - 1], here = a->valid[p], below = a->valid[p + 1];
+    dx_bits ends = (above & below) | (here << 1 & here >> 1);
+
+    if (bridge > 1)
+        ends |= above | below | here << 1 | here >> 1;
+    return ends & ~here & ~lone;
+}
+
+static dx_bits find_lone(const struct dx_area *a, uint32_t p)
+{
+    const dx_bits here = a->valid[p];
+
+    return ~here & a->valid[p - 1] & a->valid[p + 1] & here << 1 & here >> 1;
+}
+
+static dx_bits choose_row(uint8_t way[DX_AREA_STRIDE], dx_bits crowded, const struct dx_area *a,
+                          const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+{
+    dx_bits spanned = 0;
+
+    for (; crowded; crowded &= crowded - 1) {
+        const uint32_t q = dx_bits_first(crowded);
+
+        spanned |= (dx_bits)choose(&way[q], a, gates, g, p, q) << q;
+    }
+    return spanned;
 }
 
 /* Missing dexels of the tile and one around it: what a strut's neighbour has chosen. Outside the
@@ -106,32 +137,34 @@ static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct
 {
     const uint32_t before = gates->bridge > 1; /* only struts over two look back */
     const uint32_t end = DX_MARGIN + a->n_rows + 2, right = DX_MARGIN + a->n_cols + 2;
+    const dx_bits columns = dx_bits_below(right) & ~dx_bits_below(DX_MARGIN - before);
 
     for (uint32_t p = DX_MARGIN - before; p < end; p++) {
-        const uint8_t *const valid[3] = {a->valid[p - 1], a->valid[p], a->valid[p + 1]};
-        struct dx_row_missing *missing = &s->missing[p];
         const bool in_grid = a->row0 + p >= 0 && a->row0 + p < g->height;
 
-        memset(s->at[p], NOT_SPANNED, sizeof(s->at[p]));
-        gates->rows->missing(missing, valid, gates->bridge > 1);
-        if (!missing->has_crowded || !in_grid)
+        s->lone[p] = s->spanned[p] = 0;
+        if (!in_grid || !(~a->valid[p] & columns))
             continue;
-        for (uint32_t q = DX_MARGIN - before; q < right; q += 8)
-            for (uint64_t out = dx_get_u64(missing->crowded + q); out; out &= out - 1) {
-                const uint32_t k = q + (uint32_t)__builtin_ctzll(out) / 8;
-
-                s->at[p][k] = choose(a, gates, g, p, k);
-            }
+        s->lone[p] = find_lone(a, p) & columns;
+        s->spanned[p] = choose_row(
+            s->at[p], find_crowded(a, s->lone[p], gates->bridge, p) & columns, a, gates, g, p);
     }
+}
+
+static bool is_spanned(const struct dx_spans *s, struct place x, uint8_t way)
+{
+    return dx_bits_at(s->spanned[x.p], x.q) && s->at[x.p][x.q] == way;
 }
 
 /* The length of the strut in this direction whose first missing dexel it is; 0: there is none.
  * Both dexels of a run of two must have chosen it. */
 static uint8_t strut_at(const struct dx_spans *s, struct place x, bool across)
 {
+    const struct place next = {x.p + !across, x.q + across};
+
     for (uint8_t len = 1; len <= 2; len++)
-        if (s->at[x.p][x.q] == span_of(across, len, 0) &&
-            (len == 1 || s->at[x.p + !across][x.q + across] == span_of(across, len, 1)))
+        if (is_spanned(s, x, span_of(across, len, 0)) &&
+            (len == 1 || is_spanned(s, next, span_of(across, len, 1))))
             return len;
     return 0;
 }
@@ -235,85 +268,92 @@ static uint8_t code_of(const struct dx_spans *s, const struct dx_area *a,
 
 /* ---- a missing dexel among four ------------------------------------------------------------- */
 
-/* The constants of struts over one dexel of a row, down and across. */
+/* What struts over one dexel of a row, down and across, have in common; and by columns: both ends
+ * alive, and the sides that the edges around would close. */
 struct lone_row {
     uint32_t c[2];
     bool faces[2];
+    dx_bits ends[2], first[2], second[2];
 };
 
-static struct lone_row lone_row(const struct dx_area *a, const struct dx_gates *gates,
-                                const struct dx_geometry *g, uint32_t p, uint32_t q)
+static void find_constants(struct lone_row *r, const struct dx_gates *gates,
+                           const struct dx_geometry *g, uint32_t row, uint32_t col)
 {
-    const uint32_t row = dx_area_row(a, p), col = dx_area_col(a, q, g->width);
-    struct lone_row r;
-
     for (unsigned across = 0; across < 2; across++) {
-        r.c[across] = dx_gates_span(gates, g, across, 1, row, col);
-        r.faces[across] = dx_gates_faces(gates, g, across, 1, row, col);
+        r->c[across] = dx_gates_span(gates, g, across, 1, row, col);
+        r->faces[across] = dx_gates_faces(gates, g, across, 1, row, col);
     }
-    return r;
 }
+
+static void find_sides(struct lone_row *r, const struct dx_area *a, uint32_t p)
+{
+    const dx_bits nw = a->edge[DX_EDGE_BD][p - 1] << 1, ne = a->edge[DX_EDGE_AC][p - 1];
+    const dx_bits sw = a->edge[DX_EDGE_AC][p] << 1, se = a->edge[DX_EDGE_BD][p];
+
+    r->ends[0] = a->alive[p - 1] & a->alive[p + 1];
+    r->ends[1] = a->alive[p] << 1 & a->alive[p] >> 1;
+    r->first[0] = nw & sw;
+    r->first[1] = nw & ne;
+    r->second[0] = se & ne;
+    r->second[1] = se & sw;
+}
+
+#define LONE(across, first, second) (uint8_t) DX_STRUT_CODE(across, 1, first, second)
+
+/* By across, first, second. */
+static const uint8_t lone_code[8] = {0, LONE(0, 0, 1), LONE(0, 1, 0), LONE(0, 1, 1),
+                                     0, LONE(1, 0, 1), LONE(1, 1, 0), LONE(1, 1, 1)};
 
 /* Most drop-outs are lone: nothing that is spanned lies beside, so that the four edges around tell.
  * As few branches as may be: each of them would be a coin toss. */
 static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
                           const struct lone_row *row, uint32_t p, uint32_t q)
 {
-    const bool nw = dx_area_edge(a, DX_EDGE_BD, p - 1, q - 1);
-    const bool ne = dx_area_edge(a, DX_EDGE_AC, p - 1, q);
-    const bool sw = dx_area_edge(a, DX_EDGE_AC, p, q - 1), se = dx_area_edge(a, DX_EDGE_BD, p, q);
     const struct place n = {p - 1, q}, s = {p + 1, q}, w = {p, q - 1}, e = {p, q + 1};
-    bool down = a->alive[p - 1][q] & a->alive[p + 1][q] & row->faces[0] &
-                dx_gates_pass(gates, range_at(a, n), range_at(a, s), row->c[0]);
-    bool across = a->alive[p][q - 1] & a->alive[p][q + 1] & row->faces[1] &
-                  dx_gates_pass(gates, range_at(a, w), range_at(a, e), row->c[1]);
-    struct dx_strut strut = {.len = 1};
+    const bool down_passes = dx_gates_pass(gates, range_at(a, n), range_at(a, s), row->c[0]);
+    const bool across_passes = dx_gates_pass(gates, range_at(a, w), range_at(a, e), row->c[1]);
+    bool down = dx_bits_at(row->ends[0], q) & row->faces[0] & down_passes;
+    bool across = dx_bits_at(row->ends[1], q) & row->faces[1] & across_passes;
+    unsigned sides;
 
     if (gates->cap) {
         down = down && within_cap(a, gates, n, s);
         across = across && within_cap(a, gates, w, e);
     }
-    strut.across = across & (!down | (difference(a, w, e) < difference(a, n, s)));
-    strut.first = nw & (strut.across ? ne : sw); /* DX_STRUT_CHAIN or _OPEN */
-    strut.second = se & (strut.across ? sw : ne);
-    return (down | across) & (strut.first | strut.second) ? dx_strut_code(&strut) : 0;
+    across = across & (!down | (difference(a, w, e) < difference(a, n, s)));
+    sides = (unsigned)dx_bits_at(row->first[across], q) << 1 | dx_bits_at(row->second[across], q);
+    return (down | across) ? lone_code[4 * across + sides] : 0;
 }
 
 /* ---- rows ----------------------------------------------------------------------------------- */
 
-/* The first `cols` dexels of the tile's row i. */
-static void code_lone(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
-                      const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i,
-                      uint32_t cols)
+/* The tile's row i, whose lone dexels are those of `lone`. */
+static void code_lone(uint8_t *strut, dx_bits lone, const struct dx_area *a,
+                      const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i)
 {
-    const uint32_t p = DX_MARGIN + i;
-    struct lone_row row;
-    bool has_row = false;
+    const uint32_t p = DX_MARGIN + i, row = dx_area_row(a, p);
+    struct lone_row r;
 
-    for (uint32_t j = 0; j < cols; j += 8)
-        for (uint64_t lone = dx_get_u64(spans->missing[p].lone + DX_MARGIN + j); lone;
-             lone &= lone - 1) {
-            const uint32_t k = j + (uint32_t)__builtin_ctzll(lone) / 8;
+    find_sides(&r, a, p);
+    if (!gates->per_dexel)
+        find_constants(&r, gates, g, row, 0);
+    for (; lone; lone &= lone - 1) {
+        const uint32_t q = dx_bits_first(lone);
 
-            if (k >= cols)
-                break;
-            if (!has_row || gates->per_dexel)
-                row = lone_row(a, gates, g, p, DX_MARGIN + k);
-            has_row = true;
-            strut[k] = code_alone(a, gates, &row, p, DX_MARGIN + k);
-        }
+        if (gates->per_dexel)
+            find_constants(&r, gates, g, row, dx_area_col(a, q, g->width));
+        strut[q - DX_MARGIN] = code_alone(a, gates, &r, p, q);
+    }
 }
 
-static void code_spanned(uint8_t *strut, const struct dx_spans *spans, const struct dx_area *a,
-                         const struct dx_gates *gates, uint32_t i, uint32_t cols)
+static void code_spanned(uint8_t *strut, const struct dx_spans *spans, dx_bits spanned,
+                         const struct dx_area *a, const struct dx_gates *gates, uint32_t i)
 {
-    const uint32_t p = DX_MARGIN + i;
+    for (; spanned; spanned &= spanned - 1) {
+        const uint32_t q = dx_bits_first(spanned);
 
-    for (uint32_t j = 0; j < cols; j += 8)
-        if (dx_get_u64(spans->at[p] + DX_MARGIN + j))
-            for (uint32_t k = j; k < j + 8 && k < cols; k++)
-                if (spans->at[p][DX_MARGIN + k])
-                    strut[k] = code_of(spans, a, gates, p, DX_MARGIN + k);
+        strut[q - DX_MARGIN] = code_of(spans, a, gates, DX_MARGIN + i, q);
+    }
 }
 
 void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
@@ -324,18 +364,19 @@ void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, cons
     uint32_t rows = a->n_rows + (a->row0 + DX_MARGIN + a->n_rows + 1 == tiling->height);
     uint32_t cols =
         a->n_cols + (!tiling->wrap && a->col0 + DX_MARGIN + a->n_cols + 1 == tiling->width);
+    const dx_bits own = dx_bits_below(DX_MARGIN + cols) & ~dx_bits_below(DX_MARGIN);
 
     memset(strut, 0, DX_BLOCK_DEXELS);
     if (gates->bridge == 0)
         return;
     choose_all(spans, a, gates, g);
     for (uint32_t i = 0; i < rows; i++) {
-        const struct dx_row_missing *missing = &spans->missing[DX_MARGIN + i];
+        const uint32_t p = DX_MARGIN + i;
         uint8_t *out = strut + (i + 1) * DX_BLOCK + 1;
 
-        if (missing->has_crowded)
-            code_spanned(out, spans, a, gates, i, cols);
-        if (missing->has_lone)
-            code_lone(out, spans, a, gates, g, i, cols);
+        if (spans->spanned[p] & own)
+            code_spanned(out, spans, spans->spanned[p] & own, a, gates, i);
+        if (spans->lone[p] & own)
+            code_lone(out, spans->lone[p] & own, a, gates, g, i);
     }
 }

@@ -10,8 +10,9 @@
 
 /* Which way each missing dexel of the area is spanned: scratch. */
 struct dx_spans {
-    uint8_t at[DX_AREA][DX_AREA_STRIDE]; /* struts.c: ways to be spanned */
-    struct dx_row_missing missing[DX_AREA];
+    dx_bits lone[DX_AREA];               /* missing dexels among four that are there */
+    dx_bits spanned[DX_AREA];            /* others that are spanned, */
+    uint8_t at[DX_AREA][DX_AREA_STRIDE]; /* and how: struts.c */
 };
 
 /* Fills the strut codes of a tile (block order) from the area. */

@@ -6,8 +6,8 @@
 #include "core/grid/terrain.h"
 
 #include "core/grid/faces.h"
-#include "core/grid/rules.h"
 #include "core/grid/terrain_priv.h"
+#include "core/grid/tile_hash.h"
 
 #include <errno.h>
 #include <math.h>
@@ -125,11 +125,12 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
     t->hold = hold_of(&params->ingest);
     t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
+    t->moved = calloc(g->width / DX_TILE_CELLS + 1, sizeof(*t->moved));
     r = dx_plane_init_for(&t->published, g, attr_bytes);
     if (r == 0)
         r = init_stages(t);
     if (r == 0 && (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task ||
-                   !t->scratch || !t->estimate))
+                   !t->scratch || !t->estimate || !t->moved))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
@@ -149,6 +150,7 @@ void dx_terrain_free(struct dx_terrain *t)
     dx_plane_fini(&t->published);
     dx_smoothing_free(t->smoothing);
     dx_estimator_fini(&t->estimator);
+    free(t->moved);
     free(t->estimate);
     free(t->scratch);
     free(t->task);
@@ -189,32 +191,44 @@ const uint64_t *dx_terrain_changed(const struct dx_terrain *t)
 
 /* ---- committing ----------------------------------------------------------------------------- */
 
-/* Phase one: the outcome of a marked tile. */
-static void decide_tile(void *ctx, uint32_t task, unsigned thread)
+static void note_hash(struct dx_terrain *t, uint32_t task, uint64_t hash)
 {
-    struct dx_terrain *t = ctx;
-    size_t number = t->task[task];
-    struct scratch *s = &t->scratch[thread];
-
-    const struct dx_outcome out = {.row = (uint32_t)(number / t->tiling.cols),
-                                   .col = (uint32_t)(number % t->tiling.cols),
-                                   .code = t->code + number * DX_TILE_CELLS * DX_TILE_CELLS,
-                                   .strut = t->strut + number * DX_BLOCK_DEXELS};
-
-    dx_rules_apply(&out, &s->rules, &t->published, &t->tiling, t->geometry, &t->gates);
-}
-
-/* Phase two: whether it has changed. After all outcomes, since normals look at neighbours. Tasks
- * write disjoint words: one hash a tile; the changed bits are set by the caller. */
-static void compare_tile(void *ctx, uint32_t task, unsigned thread)
-{
-    struct dx_terrain *t = ctx;
-    uint32_t number = t->task[task];
-    struct dx_tile *tile = &t->scratch[thread].tile;
-    uint64_t hash = dx_terrain_tile(t, number, tile) ? dx_tile_hash(tile) : 0;
+    const uint32_t number = t->task[task];
 
     t->task[task] = hash != t->hash[number] ? number : UINT32_MAX;
     t->hash[number] = hash;
+}
+
+/* Whether tiles say more than codes and ranges: what the rules do not look at. */
+static bool says_more(const struct dx_terrain *t)
+{
+    return t->published.attr_bytes || t->published.xyz || t->params.normals;
+}
+
+/* The outcome of a marked tile, and whether it has changed. Tasks write disjoint words: one hash a
+ * tile; the changed bits are set by the caller. */
+static void decide_tile(void *ctx, uint32_t task, unsigned thread)
+{
+    struct dx_terrain *t = ctx;
+    const uint32_t number = t->task[task];
+    struct dx_rules_scratch *s = &t->scratch[thread].rules;
+    const struct dx_outcome out = {.row = number / t->tiling.cols,
+                                   .col = number % t->tiling.cols,
+                                   .code = t->code + (size_t)number * DX_TILE_CELLS * DX_TILE_CELLS,
+                                   .strut = t->strut + (size_t)number * DX_BLOCK_DEXELS};
+
+    dx_rules_apply(&out, s, &t->published, &t->tiling, t->geometry, &t->gates);
+    if (!says_more(t))
+        note_hash(t, task, dx_tile_hash_outcome(&out, &s->area, t->gates.rows));
+}
+
+/* The same of a tile that says more; after all outcomes, since normals look at neighbours. */
+static void compare_tile(void *ctx, uint32_t task, unsigned thread)
+{
+    struct dx_terrain *t = ctx;
+    struct dx_tile *tile = &t->scratch[thread].tile;
+
+    note_hash(t, task, dx_terrain_tile(t, t->task[task], tile) ? dx_tile_hash(tile) : 0);
 }
 
 /* From the samples to the published array. */
@@ -239,7 +253,8 @@ uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
             t->task[n++] = k;
     memset(t->marked, 0, dx_marks_n_words(&t->tiling) * sizeof(*t->marked));
     dx_pool_run(pool, n, decide_tile, t);
-    dx_pool_run(pool, n, compare_tile, t);
+    if (says_more(t))
+        dx_pool_run(pool, n, compare_tile, t);
     for (uint32_t k = 0; k < n; k++)
         if (t->task[k] != UINT32_MAX) {
             t->changed[t->task[k] / 64] |= 1ull << (t->task[k] % 64);

@@ -19,8 +19,9 @@ struct dx_terrain {
     bool gates_set; /* with the first frame: the noise may come from it */
     uint32_t fans;  /* DX_CAP_*: fans that would face the scanner */
     struct dx_estimator estimator;
-    uint32_t hold;      /* 1/256 sigma */
-    uint64_t *estimate; /* DX_PART_SIDE^2: of the part that is being published */
+    uint32_t hold;         /* 1/256 sigma */
+    uint64_t *estimate;    /* DX_PART_SIDE^2: of the part that is being published */
+    struct dx_rect *moved; /* of each 64 columns: what changed in the rows that are published */
     struct dx_plane published;
     struct dx_smoothing *smoothing; /* NULL: without */
     struct dx_plane *sampled;       /* what publishing writes: the array that is published, or the

@@ -1,6 +1,7 @@
 /* What the mesh of the published array is in one tile: outcome, samples, normals. */
 #include "core/grid/normals.h"
 #include "core/grid/rules.h"
+#include "core/grid/runs.h"
 #include "core/grid/terrain_priv.h"
 
 #include <string.h>
@@ -20,67 +21,68 @@ void dx_terrain_describe(const struct dx_terrain *t, uint32_t number, struct dx_
     tile->exact = t->published.xyz != NULL;
 }
 
-/* n samples of the array from element k on, widened to what a tile holds, to block dexel `to`. */
-static void gather_run(struct dx_tile *tile, uint32_t to, const struct dx_plane *p, size_t k,
-                       uint32_t n)
-{
-    uint32_t *range = tile->range + to;
-    uint16_t *attr = tile->attr + to;
+/* ---- samples -------------------------------------------------------------------------------- */
 
-    if (p->range_bytes == 4)
-        memcpy(range, (const uint32_t *)p->range + k, n * sizeof(*range));
-    else
-        for (uint32_t j = 0; j < n; j++)
-            range[j] = ((const uint16_t *)p->range)[k + j];
-    if (p->attr_bytes == 2)
-        memcpy(attr, (const uint16_t *)p->attr + k, n * sizeof(*attr));
-    else if (p->attr_bytes == 1)
-        for (uint32_t j = 0; j < n; j++)
-            attr[j] = ((const uint8_t *)p->attr)[k + j];
-    if (tile->exact)
-        memcpy(tile->xyz + 3 * (size_t)to, p->xyz + 3 * k, 3 * n * sizeof(*p->xyz));
+static void widen_ranges(uint32_t *restrict to, const uint16_t *from, uint32_t n)
+{
+    for (uint32_t j = 0; j < n; j++)
+        to[j] = from[j];
 }
 
-static void clear_run(struct dx_tile *tile, uint32_t to, uint32_t n)
+static void widen_attrs(uint16_t *restrict to, const uint8_t *from, uint32_t n)
 {
-    memset(tile->range + to, 0, n * sizeof(*tile->range));
-    memset(tile->attr + to, 0, n * sizeof(*tile->attr));
-    if (tile->exact)
-        memset(tile->xyz + 3 * (size_t)to, 0, 3 * n * sizeof(*tile->xyz));
+    for (uint32_t j = 0; j < n; j++)
+        to[j] = from[j];
 }
 
-/* The block row from block dexel `to` on of a tile whose first block column is column `col` of the
- * grid (-1: the one before it), which is the grid's row `row`. */
-static void gather_row(struct dx_tile *tile, uint32_t to, const struct dx_terrain *t, uint32_t row,
-                       int64_t col)
+static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
+                          const struct dx_runs *runs)
 {
-    const struct dx_plane *p = &t->published;
-    uint32_t j = !t->tiling.wrap && col < 0, n;
+    const uint16_t *narrow = (const uint16_t *)p->range + row;
 
-    clear_run(tile, to, j);
-    for (; j < DX_BLOCK; j += n) {
-        uint32_t at =
-            (uint32_t)((col + j + p->width) % p->width); /* past the seam: from column 0 */
-
-        if (!t->tiling.wrap && col + j >= p->width)
-            break;
-        n = DX_BLOCK - j < p->width - at ? DX_BLOCK - j : p->width - at;
-        gather_run(tile, to + j, p, (size_t)row * p->width + at, n);
+    if (p->range_bytes == 4) {
+        dx_runs_gather(to, (const uint32_t *)p->range + row, 4, runs, DX_BLOCK);
+        return;
     }
-    clear_run(tile, to + j, DX_BLOCK - j);
+    if (runs->n_columns < DX_BLOCK)
+        memset(to, 0, DX_BLOCK * sizeof(*to));
+    for (const struct dx_run *r = runs->run; r < runs->run + runs->n; r++)
+        widen_ranges(to + r->at, narrow + r->col, r->n);
+}
+
+static void gather_attrs(uint16_t *to, const struct dx_plane *p, size_t row,
+                         const struct dx_runs *runs)
+{
+    const uint8_t *narrow = (const uint8_t *)p->attr + row;
+
+    if (p->attr_bytes == 2)
+        dx_runs_gather(to, (const uint16_t *)p->attr + row, 2, runs, DX_BLOCK);
+    if (p->attr_bytes != 1)
+        return;
+    memset(to, 0, DX_BLOCK * sizeof(*to));
+    for (const struct dx_run *r = runs->run; r < runs->run + runs->n; r++)
+        widen_attrs(to + r->at, narrow + r->col, r->n);
 }
 
 /* The samples of a tile's block: struts use dexels beside its own cells. 0 outside the grid. */
 static void gather(const struct dx_terrain *t, struct dx_tile *tile)
 {
-    int64_t row = (int64_t)tile->row * DX_TILE_CELLS - 1;
-    int64_t col = (int64_t)tile->col * DX_TILE_CELLS - 1;
+    const struct dx_plane *p = &t->published;
+    const int64_t row0 = (int64_t)tile->row * DX_TILE_CELLS - 1;
+    static const struct dx_runs none;
+    struct dx_runs runs;
 
-    for (uint32_t i = 0; i < DX_BLOCK; i++, row++)
-        if (row >= 0 && row < t->published.height)
-            gather_row(tile, i * DX_BLOCK, t, (uint32_t)row, col);
-        else
-            clear_run(tile, i * DX_BLOCK, DX_BLOCK);
+    dx_runs_find(&runs, (int64_t)tile->col * DX_TILE_CELLS - 1, DX_BLOCK, t->tiling.wrap, p->width);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const bool in_grid = row0 + i >= 0 && row0 + i < p->height;
+        const size_t row = in_grid ? (size_t)(row0 + i) * p->width : 0, to = (size_t)i * DX_BLOCK;
+
+        gather_ranges(tile->range + to, p, row, in_grid ? &runs : &none);
+        gather_attrs(tile->attr + to, p, row, in_grid ? &runs : &none);
+        if (tile->exact)
+            dx_runs_gather(tile->xyz + 3 * to, p->xyz + 3 * row, 3 * sizeof(*p->xyz),
+                           in_grid ? &runs : &none, DX_BLOCK);
+    }
 }
 
 /* ---- normals -------------------------------------------------------------------------------- */

@@ -1,14 +1,8 @@
 /*
- * From the codes of a tile to its triangles, and the hash of what it says. Shared by the daemon's
- * encoders and the client's decoders, so that both get the same bits.
+ * From the codes of a tile to its triangles. Shared by the daemon's encoders and the client's
+ * decoders, so that both get the same bits.
  */
 #include "core/grid/tile_used.h"
-
-#include "core/base/bytes.h"
-#include "core/base/hash.h"
-#include "core/rows/rows.h"
-
-#include <string.h>
 
 void dx_tiling_init(struct dx_tiling *t, uint32_t height, uint32_t width, bool wrap)
 {
@@ -22,13 +16,24 @@ void dx_tiling_init(struct dx_tiling *t, uint32_t height, uint32_t width, bool w
 uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
 {
     struct dx_used used;
-    uint32_t n = 0;
 
-    dx_used_mark(&used, tile);
+    dx_used_mark(&used, tile->code, tile->strut);
     dx_used_pack(&used, mask);
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        n += used.at[k];
-    return n;
+    return dx_used_count(&used);
+}
+
+static uint16_t *emit_cells(uint16_t *out, const struct dx_tile *tile, const struct dx_used *used,
+                            bool flip)
+{
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+
+    for (uint32_t i = 0; i < tile->cell_rows; i++) { /* codes beyond cell_cols are 0 */
+        const struct dx_row_ranks ranks = {used->row[i + 1], used->row[i + 2], used->first[i + 1],
+                                           used->first[i + 2]};
+
+        out = rows->emit(out, tile->code + (size_t)i * DX_TILE_CELLS, &ranks, flip);
+    }
+    return out;
 }
 
 static uint16_t *emit_strut(uint16_t *out, const uint16_t *rank, uint8_t code, bool flip)
@@ -54,104 +59,40 @@ static uint16_t *emit_lone(uint16_t *out, const uint16_t *rank, const struct dx_
     const bool turn = s->across == flip; /* of the first side; the second runs the other way */
 
     out[0] = begin;
-    out[1 + turn] = rank[-beside];
+    out[1 + turn] = rank[s->first ? -beside : 0]; /* else it may lie outside the block */
     out[1 + !turn] = end;
     out += 3 * s->first;
     out[0] = begin;
-    out[1 + !turn] = rank[beside];
+    out[1 + !turn] = rank[s->second ? beside : 0];
     out[1 + turn] = end;
     return out + 3 * s->second;
 }
 
-static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile,
-                             const uint16_t rank[DX_BLOCK_DEXELS], bool flip)
+static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile, const struct dx_used *used,
+                             bool flip)
 {
-    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
-         k = dx_tile_next_strut(tile, k + 1)) {
-        struct dx_lone_strut s;
+    uint16_t rank[DX_RANK_ROOM];
 
-        if (dx_strut_is_lone(&s, tile->strut[k]))
-            out = emit_lone(out, rank + k, &s, flip);
-        else
-            out = emit_strut(out, rank + k, tile->strut[k], flip);
-    }
+    dx_used_rank(used, rank);
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        for (dx_bits row = used->strut[i]; row; row &= row - 1) {
+            const uint32_t k = i * DX_BLOCK + dx_bits_first(row);
+            struct dx_lone_strut s;
+
+            if (dx_strut_is_lone(&s, tile->strut[k]))
+                out = emit_lone(out, rank + k, &s, flip);
+            else
+                out = emit_strut(out, rank + k, tile->strut[k], flip);
+        }
     return out;
 }
 
-uint32_t dx_tile_emit(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS], bool flip,
+uint32_t dx_tile_emit(const struct dx_tile *tile, const struct dx_used *used, bool flip,
                       uint16_t *index)
 {
-    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
-    uint16_t *out = index;
+    uint16_t *out = emit_cells(index, tile, used, flip);
 
-    for (uint32_t i = 0; i < tile->cell_rows; i++) { /* codes beyond cell_cols are 0 */
-        const uint16_t *top = rank + (size_t)(i + 1) * DX_BLOCK + 1;
-
-        out = rows->emit(out, tile->code + (size_t)i * DX_TILE_CELLS, top, top + DX_BLOCK, flip);
-    }
-    out = emit_struts(out, tile, rank, flip);
+    if (used->has_struts)
+        out = emit_struts(out, tile, used, flip);
     return (uint32_t)(out - index) / 3;
-}
-
-/* Ranges that all fit 16 bits, as nearly all do, by their low halves alone. */
-static uint64_t hash_ranges(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
-{
-    uint16_t low[DX_USED_ROOM];
-    uint32_t high[DX_BLOCK_DEXELS];
-    uint32_t all = dx_rows_get(DX_SIMD_AUTO)->halves(low, tile->range, used->at, DX_USED_ROOM / 8);
-
-    h = dx_hash(h, low, sizeof(low));
-    if (all >> 16 == 0)
-        return h;
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        high[k] = tile->range[k] >> 16 & -(uint32_t)used->at[k];
-    return dx_hash(h, high, sizeof(high));
-}
-
-static uint64_t hash_samples(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
-{
-    uint16_t sample[DX_BLOCK_DEXELS];
-
-    h = hash_ranges(h, tile, used);
-    if (tile->attr_bytes) {
-        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-            sample[k] = (uint16_t)(tile->attr[k] & -used->at[k]);
-        h = dx_hash(h, sample, sizeof(sample));
-    }
-    if (tile->has_normals) {
-        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-            sample[k] =
-                (uint16_t)(((uint8_t)tile->normal[2 * k] | (uint8_t)tile->normal[2 * k + 1] << 8) &
-                           -used->at[k]);
-        h = dx_hash(h, sample, sizeof(sample));
-    }
-    return h;
-}
-
-/* By their bits: -0 is another point than 0. */
-static uint64_t hash_points(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
-{
-    uint32_t bits[3 * DX_BLOCK_DEXELS];
-
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        for (uint32_t m = 3 * k; m < 3 * k + 3; m++)
-            bits[m] = dx_f32_bits(tile->xyz[m]) & -(uint32_t)used->at[k];
-    return dx_hash(h, bits, sizeof(bits));
-}
-
-uint64_t dx_tile_hash(const struct dx_tile *tile)
-{
-    static const uint64_t seed =
-        0x7465727261696e; /* so that no tile with triangles hashes to 0 by design */
-    struct dx_used used;
-    uint64_t h;
-
-    dx_used_mark(&used, tile);
-    h = dx_hash(seed, tile->code, sizeof(tile->code));
-    if (dx_tile_next_strut(tile, 0) < DX_BLOCK_DEXELS) /* most tiles have none: nothing to pay */
-        h = dx_hash(h, tile->strut, sizeof(tile->strut));
-    h = hash_samples(h, tile, &used);
-    if (tile->exact)
-        h = hash_points(h, tile, &used);
-    return h | 1; /* 0 is kept for tiles without triangles */
 }

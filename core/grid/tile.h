@@ -10,6 +10,7 @@
 
 #include "core/grid/geometry.h"
 #include "core/grid/strut.h"
+#include "core/rows/rows.h"
 
 #include <string.h>
 
@@ -55,7 +56,8 @@ struct dx_tile {
     uint8_t code[DX_TILE_CELLS *
                  DX_TILE_CELLS];    /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
     uint8_t strut[DX_BLOCK_DEXELS]; /* code (strut.h) at the missing dexel that owns it; 0 none */
-    uint32_t range[DX_BLOCK_DEXELS + 7]; /* block order; only used dexels matter; room at the end */
+    uint32_t
+        range[DX_BLOCK_DEXELS + 16]; /* block order; only used dexels matter; room at the end */
     uint16_t attr[DX_BLOCK_DEXELS];
     bool has_normals;
     int8_t normal[2 * DX_BLOCK_DEXELS]; /* octahedral.h; block order */
@@ -68,26 +70,26 @@ struct dx_tile_mesh {
     uint16_t row, col;
     uint8_t attr_bytes;
     uint32_t n_vertices, n_triangles;
-    uint8_t mask[DX_MASK_BYTES];             /* bit k of byte k/8: block dexel k is a vertex */
-    float xyz[3 * DX_TILE_MAX_VERTICES + 3]; /* scanner frame, metres, in rank order */
+    uint8_t mask[DX_MASK_BYTES]; /* bit k of byte k/8: block dexel k is a vertex */
+    float xyz[3 * DX_TILE_MAX_VERTICES + DX_ROWS_SLACK]; /* scanner frame, metres, in rank order */
     uint16_t attr[DX_TILE_MAX_VERTICES];
     bool has_normals;
-    int8_t normal[2 * DX_TILE_MAX_VERTICES];       /* octahedral.h; rank order */
-    uint16_t index[3 * DX_TILE_MAX_TRIANGLES + 8]; /* ranks; 8 of slack for branch-free emission */
+    int8_t normal[2 * DX_TILE_MAX_VERTICES];                   /* octahedral.h; rank order */
+    uint16_t index[3 * DX_TILE_MAX_TRIANGLES + DX_ROWS_SLACK]; /* ranks */
 };
 
 /* Owner of the first strut from block dexel k on; DX_BLOCK_DEXELS: there is none. Looks at eight
  * codes at a time: most tiles have no strut. */
-static inline uint32_t dx_tile_next_strut(const struct dx_tile *tile, uint32_t k)
+static inline uint32_t dx_strut_next(const uint8_t strut[DX_BLOCK_DEXELS], uint32_t k)
 {
     for (; k + 8 <= DX_BLOCK_DEXELS; k += 8) {
         uint64_t codes;
 
-        memcpy(&codes, tile->strut + k, sizeof(codes));
+        memcpy(&codes, strut + k, sizeof(codes));
         if (codes)
             break;
     }
-    while (k < DX_BLOCK_DEXELS && tile->strut[k] == 0)
+    while (k < DX_BLOCK_DEXELS && strut[k] == 0)
         k++;
     return k;
 }
@@ -117,10 +119,5 @@ static inline uint64_t dx_tile_vertex_id(const struct dx_tiling *t, uint32_t til
 
     return row * t->width + col % t->width;
 }
-
-/* Hash of what the tile's chunk says (codes of cells and struts; ranges, attributes, normals and
- * points of used dexels), whatever the encoding; equal hashes are taken for equal content. 0 only
- * for a tile without triangles. */
-uint64_t dx_tile_hash(const struct dx_tile *tile);
 
 #endif

@@ -3,6 +3,7 @@
  * normals in rank order, triangles. Shared by the daemon's encoders and the client's decoders, so
  * that both get the same bits.
  */
+#include "core/grid/runs.h"
 #include "core/grid/tile_used.h"
 #include "core/rows/rows.h"
 
@@ -17,31 +18,34 @@ struct columns {
 static void find_columns(struct columns *col, const struct dx_tile *tile,
                          const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
+    struct dx_runs runs;
+
+    memset(col, 0, sizeof(*col));
     col->spin.unit_m = g->unit_m;
-    for (uint32_t j = 0; j < DX_ROWS_SPIN; j++)
-        col->spin.c[j] = col->spin.s[j] = 0;
-    for (uint32_t j = 0; j < DX_BLOCK; j++) {
-        col->at[j] = ((uint32_t)tile->col * DX_TILE_CELLS + j + tiling->width - 1) % tiling->width;
-        if (g->model == DX_MODEL_SPINNING) {
-            col->spin.c[j] = g->table[2 * (size_t)col->at[j]];
-            col->spin.s[j] = g->table[2 * (size_t)col->at[j] + 1];
+    dx_runs_find(&runs, (int64_t)tile->col * DX_TILE_CELLS - 1, DX_BLOCK, true, tiling->width);
+    for (const struct dx_run *r = runs.run; r < runs.run + runs.n; r++)
+        for (uint32_t j = 0; j < r->n; j++) {
+            col->at[r->at + j] = r->col + j;
+            if (g->model != DX_MODEL_SPINNING)
+                continue;
+            col->spin.c[r->at + j] = g->table[2 * (size_t)(r->col + j)];
+            col->spin.s[r->at + j] = g->table[2 * (size_t)(r->col + j) + 1];
         }
-    }
 }
 
 /* The points of one block row, stored one after the other: each is written, and kept if used. */
 static float *row_points(float *out, const struct dx_geometry *g, uint32_t row, struct columns *col,
-                         const uint32_t range[DX_BLOCK], const uint8_t used[DX_BLOCK])
+                         const uint32_t *range, dx_bits used)
 {
     if (g->model == DX_MODEL_SPINNING) {
         col->spin.row = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
         return dx_rows_get(DX_SIMD_AUTO)->spin(out, &col->spin, range, used);
     }
-    for (uint32_t j = 0; j < DX_BLOCK; j++)
-        if (used[j]) {
-            dx_geometry_point(g, row, col->at[j], range[j], out);
-            out += 3;
-        }
+    for (; used; used &= used - 1, out += 3) {
+        const uint32_t j = dx_bits_first(used);
+
+        dx_geometry_point(g, row, col->at[j], range[j], out);
+    }
     return out;
 }
 
@@ -51,56 +55,46 @@ static void geometry_points(float *xyz, const struct dx_tile *tile, const struct
     struct columns col;
 
     find_columns(&col, tile, tiling, g);
-    for (uint32_t i = 0; i < DX_BLOCK; i++) {
-        const uint8_t *in_row = used->at + (size_t)i * DX_BLOCK;
-
-        if (memchr(in_row, 1, DX_BLOCK)) /* a row outside the grid has no vertex */
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        if (used->row[i]) /* a row outside the grid has no vertex */
             xyz = row_points(xyz, g, (uint32_t)tile->row * DX_TILE_CELLS + i - 1, &col,
-                             tile->range + (size_t)i * DX_BLOCK, in_row);
-    }
+                             tile->range + (size_t)i * DX_BLOCK, used->row[i]);
 }
 
-static void exact_points(float *xyz, const struct dx_tile *tile, const struct dx_used *used)
+/* Points, attributes and normals that a tile has as they are, from block order to rank order. */
+static void take_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
+                         const struct dx_used *used)
 {
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        if (used->at[k]) {
-            memcpy(xyz, tile->xyz + 3 * (size_t)k, 3 * sizeof(*xyz));
-            xyz += 3;
-        }
-}
+    uint32_t n = 0;
 
-/* Attributes and normals from block order to rank order. */
-static void rank_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
-                         const struct dx_used *used, const uint16_t rank[DX_USED_ROOM])
-{
-    for (uint32_t k = 0; tile->attr_bytes && k < DX_BLOCK_DEXELS; k++)
-        if (used->at[k])
-            mesh->attr[rank[k]] = tile->attr[k];
-    for (uint32_t k = 0; tile->has_normals && k < DX_BLOCK_DEXELS; k++)
-        if (used->at[k]) {
-            mesh->normal[2 * rank[k]] = tile->normal[2 * k];
-            mesh->normal[2 * rank[k] + 1] = tile->normal[2 * k + 1];
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        for (dx_bits row = used->row[i]; row; row &= row - 1, n++) {
+            const size_t k = (size_t)i * DX_BLOCK + dx_bits_first(row);
+
+            if (tile->exact)
+                memcpy(mesh->xyz + 3 * (size_t)n, tile->xyz + 3 * k, 3 * sizeof(*mesh->xyz));
+            if (tile->attr_bytes)
+                mesh->attr[n] = tile->attr[k];
+            if (tile->has_normals)
+                memcpy(mesh->normal + 2 * (size_t)n, tile->normal + 2 * k, 2);
         }
 }
 
 void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                         const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
-    uint16_t rank[DX_USED_ROOM];
     struct dx_used used;
 
     mesh->row = tile->row;
     mesh->col = tile->col;
     mesh->attr_bytes = tile->attr_bytes;
     mesh->has_normals = tile->has_normals;
-    dx_used_mark(&used, tile);
+    dx_used_mark(&used, tile->code, tile->strut);
     dx_used_pack(&used, mesh->mask);
-    mesh->n_vertices = dx_used_rank(&used, rank);
-    mesh->n_triangles = dx_tile_emit(tile, rank, g->flip, mesh->index);
-
-    if (tile->exact)
-        exact_points(mesh->xyz, tile, &used);
-    else
+    mesh->n_vertices = dx_used_count(&used);
+    mesh->n_triangles = dx_tile_emit(tile, &used, g->flip, mesh->index);
+    if (!tile->exact)
         geometry_points(mesh->xyz, tile, &used, tiling, g);
-    rank_samples(mesh, tile, &used, rank);
+    if (tile->exact || tile->attr_bytes || tile->has_normals)
+        take_samples(mesh, tile, &used);
 }

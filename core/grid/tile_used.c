@@ -1,68 +1,124 @@
 /* From the codes of a tile to the dexels they use. */
 #include "core/grid/tile_used.h"
 
+#include "core/base/bytes.h"
 #include "core/rows/rows.h"
 
 #include <string.h>
 
-static void mark_cells(struct dx_used *used, const struct dx_tile *tile)
+/* Each corner is spared by exactly one outcome beside "none" (enum dx_cell: bcd 5, acd 2, abd 4,
+ * abc 1). */
+static void mark_row(dx_bits *top, dx_bits *bottom, const uint64_t bit[3])
+{
+    const uint64_t some = bit[0] | bit[1] | bit[2];
+    const uint64_t a = some & ~(bit[0] & bit[2]), b = some & ~(bit[1] & ~bit[0] & ~bit[2]);
+    const uint64_t c = some & ~(bit[2] & ~bit[0] & ~bit[1]);
+    const uint64_t d = some & ~(bit[0] & ~bit[1] & ~bit[2]);
+
+    *top |= (dx_bits)a << 1 | (dx_bits)b << 2; /* cells begin at block column 1 */
+    *bottom |= (dx_bits)d << 1 | (dx_bits)c << 2;
+}
+
+static void mark_cells(struct dx_used *used, const uint8_t *code)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
 
-    for (uint32_t i = 0; i < tile->cell_rows; i++) {
-        uint8_t *top = used->at + (size_t)(i + 1) * DX_BLOCK + 1;
+    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
+        uint64_t bit[3];
 
-        rows->use(top, top + DX_BLOCK, tile->code + (size_t)i * DX_TILE_CELLS);
+        rows->bits(bit, code + i * DX_TILE_CELLS);
+        mark_row(&used->row[i + 1], &used->row[i + 2], bit);
     }
 }
 
-static void mark_strut(uint8_t *used, uint8_t code)
+void dx_used_add(struct dx_used *used, uint32_t k)
+{
+    used->row[k / DX_BLOCK] |= (dx_bits)1 << k % DX_BLOCK;
+}
+
+static void mark_strut(struct dx_used *used, uint32_t k, uint8_t code)
 {
     struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
     const unsigned n = dx_strut_triangles(triangle, code);
 
     for (unsigned t = 0; t < n; t++)
         for (int m = 0; m < 3; m++)
-            used[triangle[t][m].row * DX_BLOCK + triangle[t][m].col] = 1;
+            dx_used_add(used, dx_tile_strut_corner(k, triangle[t][m]));
 }
 
-static void mark_struts(struct dx_used *used, const struct dx_tile *tile)
+/* Ends and sides; of dexels at the block's edge only those that are inside. */
+static void mark_lone(struct dx_used *used, uint32_t k, struct dx_lone_strut s)
 {
-    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
-         k = dx_tile_next_strut(tile, k + 1)) {
-        uint8_t *at = used->at + k;
-        struct dx_lone_strut s;
+    const uint32_t i = k / DX_BLOCK, above = i - (i > 0), below = i + (i + 1 < DX_BLOCK);
+    const dx_bits here = (dx_bits)1 << k % DX_BLOCK;
 
-        if (dx_strut_is_lone(&s, tile->strut[k])) {
-            const int along = s.across ? 1 : DX_BLOCK, beside = s.across ? DX_BLOCK : 1;
+    used->row[above] |= (!s.across | s.first) ? here : 0;
+    used->row[i] |= (s.across | s.first) ? here >> 1 : 0;
+    used->row[i] |= (s.across | s.second) ? here << 1 : 0;
+    used->row[below] |= (!s.across | s.second) ? here : 0;
+}
 
-            at[-along] = at[along] = 1;
-            at[-beside] |= s.first;
-            at[beside] |= s.second;
-        } else {
-            mark_strut(at, tile->strut[k]);
+static void mark_struts(struct dx_used *used, const uint8_t *strut)
+{
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const uint8_t *row = strut + i * DX_BLOCK;
+        dx_bits owners = rows->some(row);
+
+        for (uint32_t j = 64; j < DX_BLOCK; j++)
+            owners |= (dx_bits)(row[j] != 0) << j;
+        used->strut[i] = owners;
+        used->has_struts |= owners != 0;
+        for (; owners; owners &= owners - 1) {
+            const uint32_t j = dx_bits_first(owners), k = i * DX_BLOCK + j;
+            struct dx_lone_strut s;
+
+            if (dx_strut_is_lone(&s, row[j]))
+                mark_lone(used, k, s);
+            else
+                mark_strut(used, k, row[j]);
         }
     }
 }
 
-void dx_used_mark(struct dx_used *used, const struct dx_tile *tile)
+void dx_used_number(struct dx_used *used)
+{
+    dx_rows_get(DX_SIMD_AUTO)->count(used->first, used->row, DX_BLOCK);
+}
+
+void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut)
 {
     memset(used, 0, sizeof(*used));
-    mark_cells(used, tile);
-    mark_struts(used, tile);
+    mark_cells(used, code);
+    mark_struts(used, strut);
+    dx_used_number(used);
 }
 
+void dx_used_rank(const struct dx_used *used, uint16_t rank[DX_RANK_ROOM])
+{
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+
+    for (uint32_t i = 0; i < DX_BLOCK; i++) /* what one row writes too much the next one mends */
+        rows->rank(rank + (size_t)i * DX_BLOCK, used->row[i], used->first[i]);
+}
+
+/* Rows of 67 bits one after the other: whole words as they fill. */
 void dx_used_pack(const struct dx_used *used, uint8_t mask[DX_MASK_BYTES])
 {
-    for (uint32_t k = 0; k < DX_MASK_BYTES; k++) {
-        const uint8_t *u = used->at + 8 * (size_t)k;
+    uint64_t word[DX_BLOCK_DEXELS / 64 + 2] = {0};
 
-        mask[k] = (uint8_t)(u[0] | u[1] << 1 | u[2] << 2 | u[3] << 3 | u[4] << 4 | u[5] << 5 |
-                            u[6] << 6 | u[7] << 7);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const uint32_t at = i * DX_BLOCK;
+        const dx_bits bits = used->row[i] << at % 64; /* 67 and 63 do not fit */
+        const uint64_t rest = at % 64 > 61 ? (uint64_t)(used->row[i] >> (128 - at % 64)) : 0;
+
+        word[at / 64] |= (uint64_t)bits;
+        word[at / 64 + 1] |= (uint64_t)(bits >> 64);
+        word[at / 64 + 2] |= rest;
     }
-}
-
-uint32_t dx_used_rank(const struct dx_used *used, uint16_t rank[DX_USED_ROOM])
-{
-    return dx_rows_get(DX_SIMD_AUTO)->rank(rank, used->at, DX_USED_ROOM / 8);
+    for (uint32_t k = 0; k < DX_MASK_BYTES / 8; k++)
+        dx_put_u64(mask + 8 * (size_t)k, word[k]);
+    for (uint32_t k = DX_MASK_BYTES / 8 * 8; k < DX_MASK_BYTES; k++)
+        mask[k] = (uint8_t)(word[k / 8] >> 8 * (k % 8));
 }

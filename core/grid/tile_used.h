@@ -1,29 +1,48 @@
 /*
- * Which dexels of a tile's block are vertices of its mesh, one byte each, and their ranks: what the
- * parts of the tile and the chunk encodings share.
+ * Which dexels of a tile's block are vertices of its mesh, and their ranks: what the parts of the
+ * tile and the chunk encodings share.
  */
 #ifndef DX_TILE_USED_H
 #define DX_TILE_USED_H
 
 #include "core/grid/tile.h"
+#include "core/rows/row_bits.h"
 
-#define DX_USED_ROOM ((DX_BLOCK_DEXELS + 7) / 8 * 8) /* whole eights */
-
-/* 1 where a cell or a strut uses the block dexel. */
 struct dx_used {
-    uint8_t at[DX_USED_ROOM]; /* zeros at the end */
+    dx_bits row[DX_BLOCK];        /* block rows; bit j: a cell or a strut uses column j */
+    dx_bits strut[DX_BLOCK];      /* bit j: the dexel of column j owns a strut */
+    uint16_t first[DX_BLOCK + 1]; /* ranks of their first used dexels; and how many there are */
+    bool has_struts;
 };
 
-void dx_used_mark(struct dx_used *used, const struct dx_tile *tile);
+/* Of the codes of a tile's cells and struts, laid out as in struct dx_tile. */
+void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut);
+
+/* One block dexel more; and the ranks anew after the last one. */
+void dx_used_add(struct dx_used *used, uint32_t k);
+void dx_used_number(struct dx_used *used);
+
 void dx_used_pack(const struct dx_used *used, uint8_t mask[DX_MASK_BYTES]);
 
-/* rank[k] = used dexels before k; returns their number. */
-uint32_t dx_used_rank(const struct dx_used *used, uint16_t rank[DX_USED_ROOM]);
+static inline uint32_t dx_used_count(const struct dx_used *used)
+{
+    return used->first[DX_BLOCK];
+}
+
+static inline bool dx_used_has(const struct dx_used *used, uint32_t k)
+{
+    return dx_bits_at(used->row[k / DX_BLOCK], k % DX_BLOCK);
+}
+
+#define DX_RANK_ROOM (DX_BLOCK_DEXELS + 16) /* whole vectors */
+
+/* By block dexel, where it is used: used ones before it. */
+void dx_used_rank(const struct dx_used *used, uint16_t rank[DX_RANK_ROOM]);
 
 /* Triangles of the cells row by row, then of the struts in block order of their owners, as ranks;
  * returns how many. Oriented to face the scanner (`flip` is the geometry's). `index` has the room
  * of struct dx_tile_mesh. */
-uint32_t dx_tile_emit(const struct dx_tile *tile, const uint16_t rank[DX_BLOCK_DEXELS], bool flip,
+uint32_t dx_tile_emit(const struct dx_tile *tile, const struct dx_used *used, bool flip,
                       uint16_t *index);
 
 #endif

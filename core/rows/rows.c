@@ -14,7 +14,7 @@ static const struct dx_rows *find(enum dx_simd simd)
     case DX_SIMD_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-                       __builtin_cpu_supports("avx512cd")
+                       __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512vbmi2")
                    ? &dx_rows_avx512
                    : NULL;
     default:

@@ -11,6 +11,7 @@
 #define DX_ROWS_H
 
 #include "core/base/delta.h"
+#include "core/rows/row_bits.h"
 #include "core/rows/smoother.h"
 
 #include <stdbool.h>
@@ -19,7 +20,8 @@
 #define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
 #define DX_ROWS_CELLS   64 /* cells of a tile's row */
 #define DX_ROWS_CORNERS 72 /* their corners, in whole vectors */
-#define DX_ROWS_SPIN    72 /* dexels of a tile's block row (tile.h: 67), in whole vectors */
+#define DX_ROWS_LANES   24 /* of a hash: words of a row of 16-bit ranges, in whole vectors */
+#define DX_ROWS_SLACK   48 /* elements of the longest stores */
 
 enum dx_simd {
     DX_SIMD_AUTO = 0, /* the best that this processor has */
@@ -29,20 +31,23 @@ enum dx_simd {
     DX_N_SIMD,
 };
 
-/* Two rows of 16-bit ranges whose dexels are paired, with the noise terms of their gates. */
+#define DX_ROW_EDGES 4 /* of a cell: H from a to b, V from a to d, AC, BD; in this order */
+
+/* 16-bit ranges of the upper and the lower corners of a row of cells, with the noise terms of their
+ * gates. */
 struct dx_row_pair {
-    const uint16_t *x, *y, *noise_x, *noise_y;
+    const uint16_t *top, *bottom, *noise_top, *noise_bottom;
 };
 
-/* Two rows of 32-bit ranges whose dexels are paired, and the gate's terms (gates.h). */
+/* 32-bit ranges of such rows, and the gate's terms (gates.h). */
 struct dx_row_wide_pair {
-    const uint32_t *x, *y;
+    const uint32_t *top, *bottom;
     double t0, n2;
 };
 
-/* What came out of a row of pairs. */
+/* What came out of a row of pairs, where both are there. */
 struct dx_row_joined {
-    bool failed, unsure; /* any */
+    dx_bits joined, unsure; /* unsure: ask integers */
 };
 
 /* sigma.h in floating point: sigma8(r) = min(max, a0 + a1 r + a2 r^2), and how far the integers may
@@ -75,7 +80,12 @@ struct dx_row_residuals {
 struct dx_row_bend {
     const struct dx_row_residuals *top, *bottom;
     const void *inverse, *range, *range_below;
-    const uint8_t *outer[4]; /* edges to the four samples beyond the corners */
+    uint64_t outer; /* cells with edges to the four samples beyond their corners */
+};
+
+/* Which cells of a row prefer the diagonal b-d; unsure: ask integers. */
+struct dx_row_preference {
+    uint64_t bd, unsure;
 };
 
 /* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
@@ -91,21 +101,9 @@ struct dx_row_bends {
                            const struct dx_row_weights *w);
 
     /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
-     * ends differ less in range. unsure: ask integers. */
-    void (*bend)(uint8_t *prefer_bd, uint8_t *unsure, const struct dx_row_bend *row,
-                 const struct dx_row_sigma *sigma);
-};
-
-/* Missing dexels that may be spanned: those among four neighbours that are all there, and others.
- */
-struct dx_row_missing {
-    uint8_t lone[DX_ROWS_N + 8], crowded[DX_ROWS_N + 8];
-    uint8_t has_lone, has_crowded; /* any */
-};
-
-/* Joined edges of a row of cells, and which of its dexels are alive; from the first cell on. */
-struct dx_row_edges {
-    const uint8_t *h, *h_below, *v, *ac, *bd, *alive, *alive_below;
+     * ends differ less in range. */
+    struct dx_row_preference (*bend)(const struct dx_row_bend *row,
+                                     const struct dx_row_sigma *sigma);
 };
 
 /* A block row of a tile under a spinning geometry (geometry.h): its row's six numbers, cosines and
@@ -113,7 +111,13 @@ struct dx_row_edges {
 struct dx_row_spin {
     const float *row;
     float unit_m;
-    float c[DX_ROWS_SPIN], s[DX_ROWS_SPIN];
+    float c[DX_ROWS_N], s[DX_ROWS_N];
+};
+
+/* Which dexels of two block rows are used, and the ranks of the rows' first ones. */
+struct dx_row_ranks {
+    dx_bits top, bottom;
+    uint16_t first_top, first_bottom;
 };
 
 /* A block row's ranges and those of the row above, and which of them are used. */
@@ -142,70 +146,69 @@ struct dx_rows {
 
     /* ---- rules ---- */
 
-    void (*valid)(uint8_t *out, const uint16_t *range);
+    /* Which ranges are not 0. */
+    dx_bits (*valid)(const uint16_t *range);
+    dx_bits (*valid_wide)(const uint32_t *range);
 
     /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
     void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
 
-    /* The first-order rule, with one constant or one for each pair: which are joined, and which
-     * are not though both are there; whether there are such. */
-    bool (*join)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair, uint16_t c);
-    bool (*join_each)(uint8_t *joined, uint8_t *failed, const struct dx_row_pair *pair,
-                      const uint16_t *c);
+    /* The edges that the first-order rule joins, by one constant of each kind or by one for each
+     * edge. Where one of the two ends is missing, it may say either. */
+    void (*join)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
+                 const uint16_t c[DX_ROW_EDGES]);
+    void (*join_each)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
+                      const uint16_t *const c[DX_ROW_EDGES]);
 
-    /* The same of 32-bit ranges; unsure: ask integers (such are neither joined nor failed). */
-    struct dx_row_joined (*join_wide)(uint8_t *joined, uint8_t *failed, uint8_t *unsure,
-                                      const struct dx_row_wide_pair *pair, uint32_t c);
-    struct dx_row_joined (*join_wide_each)(uint8_t *joined, uint8_t *failed, uint8_t *unsure,
-                                           const struct dx_row_wide_pair *pair, const uint32_t *c);
-
-    /* Valid dexels that are no mixed pixels, by the votes of row and column, from column 1 on. v is
-     * the row's own V edges, v_above those of the row above; valid rows are those above, here and
-     * below. */
-    void (*vote)(uint8_t *alive, const uint8_t *h, const uint8_t *v, const uint8_t *v_above,
-                 const uint8_t *const valid[3]);
-
-    /* Missing dexels from column 1 on, by the valid rows above, here and below. Others than lone
-     * ones have two ends opposite each other; or, with `two` of them bridged, any. */
-    void (*missing)(struct dx_row_missing *out, const uint8_t *const valid[3], uint8_t two);
+    /* The same of 32-bit ranges. */
+    void (*join_wide)(struct dx_row_joined out[DX_ROW_EDGES], const struct dx_row_wide_pair *rows,
+                      const uint32_t c[DX_ROW_EDGES]);
+    void (*join_wide_each)(struct dx_row_joined out[DX_ROW_EDGES],
+                           const struct dx_row_wide_pair *rows,
+                           const uint32_t *const c[DX_ROW_EDGES]);
 
     struct dx_row_bends narrow, wide;
 
-    /* Cell codes; even: both diagonals would give as many triangles, and some. */
-    void (*code)(uint8_t *code, uint8_t *even, const struct dx_row_edges *edges,
-                 const uint8_t *prefer_bd);
+    /* Cell codes, one byte each, from their three bits. */
+    void (*code)(uint8_t *code, const uint64_t bit[3]);
 
-    /* ---- tiles ---- */
+    /* ---- tiles; what is written to `out` may be followed by up to DX_ROWS_SLACK elements more
+     * ----
+     */
 
-    /* Adds the corners that a row of cells uses to its dexels (1: used). */
-    void (*use)(uint8_t *top, uint8_t *bottom, const uint8_t *code);
+    /* The three bits of a row of cell codes. */
+    void (*bits)(uint64_t bit[3], const uint8_t *code);
 
-    /* Used dexels before each of 8 n_eights; returns how many there are. */
-    uint32_t (*rank)(uint16_t *rank, const uint8_t *used, uint32_t n_eights);
+    /* Which of 64 bytes are not 0. */
+    uint64_t (*some)(const uint8_t *bytes);
 
-    /* Low halves of the used dexels' ranges, 0 for the others; returns all their bits. */
-    uint32_t (*halves)(uint16_t *out, const uint32_t *range, const uint8_t *used,
-                       uint32_t n_eights);
+    /* Used dexels of all rows before each; and of all of them. */
+    void (*count)(uint16_t *first, const dx_bits *row, uint32_t n_rows);
 
-    /* Points of the used dexels of a block row, metres, one after the other; three floats more are
-     * written. Returns where the next one goes. */
-    float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range,
-                   const uint8_t *used);
+    /* DX_ROWS_N ranks, where dexels are used: `first` and those before them in the row. */
+    void (*rank)(uint16_t *rank, dx_bits used, uint16_t first);
 
-    /* Triangles of a row of cells, as ranks of their corners; eight indices more are written. */
-    uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const uint16_t *top,
-                      const uint16_t *bottom, bool flip);
+    /* Content hash of a row of 16-bit ranges, 0 for those that are not used, into all rows'. */
+    void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *range, dx_bits used);
+
+    /* Points of the used dexels of a block row, metres, one after the other. Returns where the next
+     * one goes. */
+    float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range, dx_bits used);
+
+    /* Triangles of a row of cells, as ranks of their corners. */
+    uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const struct dx_row_ranks *ranks,
+                      bool flip);
 
     /* ---- encodings: block rows of tiles ---- */
 
-    /* Values of the used dexels, one after the other; eight more may be written. Returns where the
-     * next one goes. The same in 16 bits, little-endian; nothing more is written. */
-    uint32_t *(*keep)(uint32_t *out, const uint32_t *v, const uint8_t *used);
-    uint8_t *(*put16)(uint8_t *out, const uint32_t *v, const uint8_t *used);
+    /* Values of the used dexels, one after the other; and the same in 16 bits. Returns where the
+     * next one goes. */
+    uint32_t *(*keep)(uint32_t *out, const uint32_t *v, dx_bits used);
+    uint16_t *(*keep16)(uint16_t *out, const uint32_t *v, dx_bits used);
 
     /* Folded residuals of each predictor (delta.h) from the neighbours that are used. alone: used,
      * and without a neighbour to tell from; the caller knows better. */
-    void (*deltas)(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], uint8_t *alone,
+    void (*deltas)(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_N], uint8_t *alone,
                    const struct dx_row_delta *row);
 
     /* ---- points ---- */
@@ -219,10 +222,9 @@ struct dx_rows {
     /* Of length 1, to 2^-20; no numbers where f32 cannot tell. */
     void (*unit)(struct dx_row_points *p);
 
-    /* Keeps of the joined pairs those within the cap. unsure: joined, and by less than the margin
-     * on either side of its square; ask integers. Whether there are such. */
-    bool (*cap)(uint8_t *joined, uint8_t *unsure, const struct dx_row_span *span, float cap2,
-                float margin);
+    /* Which pairs are within the cap; unsure: by less than the margin on either side of its square.
+     */
+    struct dx_row_joined (*cap)(const struct dx_row_span *span, float cap2, float margin);
 
     /* ---- normals: from the points of two rows ---- */
 
@@ -233,8 +235,7 @@ struct dx_rows {
                       const uint8_t *code);
 
     /* Two bytes (octahedral.h) of each sum, or of its opposite; 0, 0 where it is not used. */
-    void (*octahedral)(int8_t *out, const struct dx_row_points *sum, const uint8_t *used,
-                       bool flip);
+    void (*octahedral)(int8_t *out, const struct dx_row_points *sum, dx_bits used, bool flip);
 
     struct dx_smoother smoother;
 };

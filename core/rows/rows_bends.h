@@ -120,52 +120,32 @@ static inline void NAME(compare_corners)(REAL *restrict more, REAL *restrict mar
     }
 }
 
-static inline void NAME(choose)(REAL *restrict out, const REAL *x, const REAL *y,
-                                const uint8_t *first)
+static inline struct dx_row_preference NAME(tell)(const REAL *more, const REAL *margin)
 {
-    for (uint32_t j = 0; j < CELLS; j++) {
-        REAL a = x[j], b = y[j];
+    uint32_t prefers[CELLS], sure[CELLS];
 
-        out[j] = first[j] ? a : b;
+    for (uint32_t j = 0; j < CELLS; j++) {
+        prefers[j] = more[j] > 0 ? UINT32_MAX : 0;
+        sure[j] = ABS(more[j]) > margin[j] ? UINT32_MAX : 0; /* not where it is no number */
     }
+    return (struct dx_row_preference){(uint64_t)pack32(prefers, CELLS),
+                                      (uint64_t)~pack32(sure, CELLS)};
 }
 
-static inline void NAME(tell)(uint8_t *restrict prefer_bd, uint8_t *restrict unsure,
-                              const REAL *more, const REAL *margin)
+static struct dx_row_preference NAME(bend)(const struct dx_row_bend *row,
+                                           const struct dx_row_sigma *sigma)
 {
-    uint16_t prefers[CELLS], sure[CELLS];
+    REAL more[CELLS], margin[CELLS];
+    struct dx_row_preference lines, corners;
 
-    for (uint32_t j = 0; j < CELLS; j++)
-        prefers[j] = more[j] > 0;
-    for (uint32_t j = 0; j < CELLS; j++)
-        sure[j] = ABS(more[j]) > margin[j]; /* not where it is no number */
-    for (uint32_t j = 0; j < CELLS; j++) {
-        prefer_bd[j] = (uint8_t)prefers[j];
-        unsure[j] = (uint8_t)(sure[j] ^ 1);
-    }
-}
-
-static void NAME(bend)(uint8_t *restrict prefer_bd, uint8_t *restrict unsure,
-                       const struct dx_row_bend *row, const struct dx_row_sigma *sigma)
-{
-    REAL more[CELLS], margin[CELLS], more_0[CELLS], margin_0[CELLS];
-    REAL more_here[CELLS], margin_here[CELLS];
-    const uint8_t *const *edge = row->outer;
-    uint8_t outer[CELLS], all = 1;
-
-    for (uint32_t j = 0; j < CELLS; j++) {
-        outer[j] = edge[0][j] & edge[1][j] & edge[2][j] & edge[3][j];
-        all &= outer[j];
-    }
     NAME(compare_bends)(more, margin, row, sigma);
-    if (all) {
-        NAME(tell)(prefer_bd, unsure, more, margin);
-        return;
-    }
-    NAME(compare_corners)(more_0, margin_0, row, sigma);
-    NAME(choose)(more_here, more, more_0, outer);
-    NAME(choose)(margin_here, margin, margin_0, outer);
-    NAME(tell)(prefer_bd, unsure, more_here, margin_here);
+    lines = NAME(tell)(more, margin);
+    if (row->outer == UINT64_MAX)
+        return lines;
+    NAME(compare_corners)(more, margin, row, sigma);
+    corners = NAME(tell)(more, margin);
+    return (struct dx_row_preference){(lines.bd & row->outer) | (corners.bd & ~row->outer),
+                                      (lines.unsure & row->outer) | (corners.unsure & ~row->outer)};
 }
 
 #undef REAL

@@ -152,12 +152,14 @@ static inline int32_t round_lane(float x)
 }
 
 /* The operations are those of dx_octahedral_encode. */
-static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum,
-                           const uint8_t *used, bool flip)
+static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum, dx_bits used,
+                           bool flip)
 {
     const float sign = flip ? -1.0f : 1.0f;
+    uint32_t is_used[N];
     int32_t u[N], v[N];
 
+    unpack32(is_used, used);
     for (uint32_t j = 0; j < N; j++) {
         const float x = sum->x[j] * sign, y = sum->y[j] * sign, z = sum->z[j] * sign;
         const float size = fabsf(x) + fabsf(y) + fabsf(z);
@@ -172,7 +174,7 @@ static void octahedral_row(int8_t *restrict out, const struct dx_row_points *sum
         v[j] = finite > 0 ? round_lane(to_b * 127) : 0;
     }
     for (uint32_t j = 0; j < N; j++) {
-        out[2 * j] = (int8_t)(used[j] ? u[j] : 0);
-        out[2 * j + 1] = (int8_t)(used[j] ? v[j] : 0);
+        out[2 * j] = (int8_t)((uint32_t)u[j] & is_used[j]);
+        out[2 * j + 1] = (int8_t)((uint32_t)v[j] & is_used[j]);
     }
 }

@@ -58,37 +58,16 @@ static void unit_row(struct dx_row_points *p)
 
 /* ---- the cap -------------------------------------------------------------------------------- */
 
-static inline __attribute__((always_inline)) uint8_t keep_columns(uint8_t *restrict joined,
-                                                                  uint8_t *restrict unsure,
-                                                                  const uint32_t *within,
-                                                                  const uint32_t *sure,
-                                                                  uint32_t first, uint32_t end)
+static struct dx_row_joined cap_row(const struct dx_row_span *span, float cap2, float margin)
 {
-    uint8_t any = 0;
-
-    for (uint32_t j = first; j < end; j++) {
-        const uint8_t asked = joined[j];
-
-        unsure[j] = asked & ((uint8_t)sure[j] ^ 1);
-        joined[j] = asked & (uint8_t)within[j];
-        any |= unsure[j];
-    }
-    return any;
-}
-
-static bool cap_row(uint8_t *restrict joined, uint8_t *restrict unsure,
-                    const struct dx_row_span *span, float cap2, float margin)
-{
-    uint32_t within[N], sure[N];
+    uint32_t within[N], unsure[N];
 
     for (uint32_t j = 0; j < N; j++) {
         const float x = span->x[0][j] - span->x[1][j], y = span->y[0][j] - span->y[1][j];
         const float z = span->z[0][j] - span->z[1][j], more = x * x + y * y + z * z - cap2;
 
-        within[j] = more <= 0;
-        sure[j] = fabsf(more) > margin; /* not where it is no number */
+        within[j] = more <= 0 ? UINT32_MAX : 0;
+        unsure[j] = fabsf(more) > margin ? 0 : UINT32_MAX; /* so where it is no number */
     }
-    /* in two, so that the longest vectors leave no rest */
-    return keep_columns(joined, unsure, within, sure, 0, 64) |
-           keep_columns(joined, unsure, within, sure, 64, N);
+    return (struct dx_row_joined){pack32(within, N), pack32(unsure, N)};
 }

@@ -90,13 +90,24 @@ static void smooth_even(struct dx_smooth_row *restrict r, unsigned k,
         out[j] = within_far((line.minus * before[j] + line.plus * after[j] - own[j]) * r->scale[j]);
 }
 
+/* `value` where a row is so, 0 elsewhere; n as in struct dx_smooth_row. */
+static inline void spread(float *restrict out, dx_bits is, float value, uint32_t n)
+{
+    const int32_t bits = bits_of(value);
+    uint32_t lanes[DX_ROWS_N];
+
+    unpack32(lanes, is);
+    for (uint32_t j = 0; j < n; j++)
+        out[j] = float_of((int32_t)lanes[j] & bits);
+}
+
 /* What lies between the neighbours that are joined: both, one and the own, or nothing. */
-static void difference(float *restrict out, struct dx_smooth_ends x, const uint8_t *joined_before,
-                       const uint8_t *joined_after, uint32_t n)
+static void difference(float *restrict out, struct dx_smooth_ends x, const float *joined_before,
+                       const float *joined_after, uint32_t n)
 {
     for (uint32_t j = 0; j < n; j++)
-        out[j] = (float)joined_before[j] * (x.own[j] - x.before[j]) +
-                 (float)joined_after[j] * (x.after[j] - x.own[j]);
+        out[j] =
+            joined_before[j] * (x.own[j] - x.before[j]) + joined_after[j] * (x.after[j] - x.own[j]);
 }
 
 /*
@@ -124,8 +135,10 @@ static void smooth_slope(struct dx_smooth_row *restrict r, const struct dx_smoot
     float step[2][3][DX_SMOOTH_ROW], rise[2][DX_SMOOTH_ROW];
 
     for (int e = 0; e < 2; e++) {
-        const uint8_t *before = cross->joined_before[e], *after = cross->joined_after[e];
+        float before[DX_SMOOTH_ROW], after[DX_SMOOTH_ROW];
 
+        spread(before, cross->joined_before[e], 1, r->n);
+        spread(after, cross->joined_after[e], 1, r->n);
         for (int k = 0; k < 3; k++)
             difference(step[e][k], cross->direction[e][k], before, after, r->n);
         difference(rise[e], cross->inverse[e], before, after, r->n);
@@ -164,15 +177,9 @@ static void smooth_uneven(struct dx_smooth_row *r, unsigned k, const struct dx_s
     tell_uneven(r->departure[k], r, *inverse, d[0], d[1], d[2], depths ? 0 : 0.5f);
 }
 
-static void smooth_weigh(struct dx_smooth_row *restrict r, unsigned k,
-                         const struct dx_smooth_paths *joined, float weight)
+static void smooth_weigh(struct dx_smooth_row *restrict r, unsigned k, dx_bits joined, float weight)
 {
-    const uint8_t *const *path = joined->path;
-    float *out = r->weight[k];
-    const uint32_t n = r->n;
-
-    for (uint32_t j = 0; j < n; j++)
-        out[j] = weight * (float)(path[0][j] & path[1][j] & path[2][j] & path[3][j]);
+    spread(r->weight[k], joined, weight, r->n);
 }
 
 /* Sums over the pairs, in one lane: kept in registers, since pairs are written out. */

@@ -1,4 +1,4 @@
-/* All loops, and the table of them: included by each rows_SET.c, after its own put_... . */
+/* All loops, and the table of them: included by each rows_SET.c, after its own ones. */
 #include "core/rows/rows_rules.h"
 
 #define TOO_NEAR INFINITY /* nothing is sure beside it */
@@ -30,7 +30,6 @@
 #define CUTS        1.0
 #include "core/rows/rows_bends.h"
 
-#include "core/rows/rows_tiles.h"
 #include "core/rows/rows_wire.h"
 
 #include "core/rows/rows_normals.h"
@@ -45,12 +44,12 @@
 
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
-        .name = set_name, .valid = valid_row, .noise = noise_row, .join = join_row,                \
-        .join_each = join_each_row, .join_wide = join_wide_row,                                    \
-        .join_wide_each = join_wide_each_row, .vote = vote_row, .missing = missing_row,            \
-        .narrow = BENDS(narrow), .wide = BENDS(wide), .code = code_row, .use = use_row,            \
-        .rank = rank_all, .halves = halves_all, .spin = spin_row, .emit = emit_row,                \
-        .keep = keep_row, .put16 = put16_row, .deltas = deltas_row, .turn = turn_row,              \
+        .name = set_name, .valid = valid_row, .valid_wide = valid_wide_row, .noise = noise_row,    \
+        .join = join_row, .join_each = join_each_row, .join_wide = join_wide_row,                  \
+        .join_wide_each = join_wide_each_row, .narrow = BENDS(narrow), .wide = BENDS(wide),        \
+        .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows,                 \
+        .rank = rank_row, .digest = digest_row, .spin = spin_row, .emit = emit_row,                \
+        .keep = keep_row, .keep16 = keep16_row, .deltas = deltas_row, .turn = turn_row,            \
         .stretch = stretch_row, .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,      \
         .octahedral = octahedral_row, .smoother = DX_SMOOTHER,                                     \
     }

@@ -1,52 +1,14 @@
 /*
- * The loops of rows.h for the encodings of chunks: samples of the used dexels, one after the other,
- * and what the delta encoding's predictors leave of them. Included once by each rows_SET.c.
+ * The loop of rows.h for the delta encoding of chunks: what its predictors leave of a block row.
+ * Included once by each rows_SET.c.
  */
-#include "core/base/bytes.h"
 #include "core/base/delta.h"
 #include "core/rows/rows.h"
-
-#include <string.h>
-
-/* A tile's first column is used by struts alone: the eights begin after it. */
-static uint32_t *keep_row(uint32_t *restrict out, const uint32_t *v, const uint8_t *used)
-{
-    *out = v[0];
-    out += used[0];
-    for (uint32_t j = 1; j <= CELLS; j += 8) {
-        if (dx_get_u64(used + j) == EACH) {
-            memcpy(out, v + j, 8 * sizeof(*out));
-            out += 8;
-            continue;
-        }
-        for (uint32_t k = j; k < j + 8; k++) {
-            *out = v[k];
-            out += used[k];
-        }
-    }
-    for (uint32_t k = CELLS + 1; k < CELLS + 3; k++) {
-        *out = v[k];
-        out += used[k];
-    }
-    return out;
-}
-
-static uint8_t *put16_row(uint8_t *restrict out, const uint32_t *v, const uint8_t *used)
-{
-    uint32_t kept[DX_ROWS_SPIN + 8];
-    const uint32_t n = (uint32_t)(keep_row(kept, v, used) - kept);
-    uint16_t narrow[DX_ROWS_SPIN];
-
-    for (uint32_t k = 0; k < DX_ROWS_SPIN; k++)
-        narrow[k] = (uint16_t)kept[k];
-    dx_put_u16s(out, narrow, n);
-    return out + 2 * n;
-}
 
 /* What is known of each dexel's neighbours. Where they are not all used, one stands for the three:
  * W, else N, else what the caller knows. */
 struct neighbours {
-    uint32_t west[DX_ROWS_SPIN], north[DX_ROWS_SPIN], north_west[DX_ROWS_SPIN];
+    uint32_t west[DX_ROWS_N], north[DX_ROWS_N], north_west[DX_ROWS_N];
 };
 
 static inline void find_neighbours(struct neighbours *restrict out, uint8_t *restrict alone,
@@ -54,17 +16,17 @@ static inline void find_neighbours(struct neighbours *restrict out, uint8_t *res
 {
     const uint32_t *range = row->range, *north = row->north;
     const uint8_t *used = row->used, *above = row->used_north;
-    uint32_t all[DX_ROWS_SPIN], west[DX_ROWS_SPIN];
+    uint32_t all[DX_ROWS_N], west[DX_ROWS_N];
 
     out->west[0] = out->north[0] = out->north_west[0] = north[0];
     alone[0] = used[0] & (above[0] ^ 1);
-    for (uint32_t j = 1; j < DX_ROWS_SPIN; j++)
+    for (uint32_t j = 1; j < DX_ROWS_N; j++)
         alone[j] = used[j] & ((used[j - 1] | above[j]) ^ 1);
-    for (uint32_t j = 1; j < DX_ROWS_SPIN; j++)
+    for (uint32_t j = 1; j < DX_ROWS_N; j++)
         west[j] = used[j - 1];
-    for (uint32_t j = 1; j < DX_ROWS_SPIN; j++)
+    for (uint32_t j = 1; j < DX_ROWS_N; j++)
         all[j] = used[j - 1] & above[j] & above[j - 1];
-    for (uint32_t j = 1; j < DX_ROWS_SPIN; j++) {
+    for (uint32_t j = 1; j < DX_ROWS_N; j++) {
         uint32_t w = range[j - 1], n = north[j], nw = north[j - 1];
         uint32_t one = west[j] ? w : n;
 
@@ -79,13 +41,13 @@ static inline __attribute__((always_inline)) void predict_row(uint32_t *restrict
                                                               const struct neighbours *at,
                                                               enum dx_delta_predictor predictor)
 {
-    for (uint32_t j = 0; j < DX_ROWS_SPIN; j++)
+    for (uint32_t j = 0; j < DX_ROWS_N; j++)
         folded[j] = dx_delta_fold(
             range[j] - dx_delta_predict(predictor, at->west[j], at->north[j], at->north_west[j]));
 }
 
-static void deltas_row(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN],
-                       uint8_t *restrict alone, const struct dx_row_delta *row)
+static void deltas_row(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_N], uint8_t *restrict alone,
+                       const struct dx_row_delta *row)
 {
     struct neighbours at;
 

@@ -7,8 +7,7 @@
 #ifndef DX_SMOOTHER_H
 #define DX_SMOOTHER_H
 
-#include <stdbool.h>
-#include <stdint.h>
+#include "core/rows/row_bits.h"
 
 #define DX_SMOOTH_ROW   80 /* 65 dexels in whole vectors */
 #define DX_SMOOTH_LANES 16 /* of the longest vector */
@@ -40,13 +39,7 @@ struct dx_smooth_ends {
 /* What lies beside each dexel, along its row and along its column. */
 struct dx_smooth_cross {
     struct dx_smooth_ends inverse[2], direction[2][3];
-    const uint8_t *joined_before[2], *joined_after[2];
-};
-
-/* A pair is joined where four paths are (1; 0: not): to each end first along the row, and then the
- * rest of it along the column. */
-struct dx_smooth_paths {
-    const uint8_t *path[4];
+    dx_bits joined_before[2], joined_after[2];
 };
 
 /* sigma.h for 16-bit ranges and factors below 2^32. */
@@ -79,8 +72,7 @@ struct dx_smoother {
                    const struct dx_smooth_ends direction[3], bool depths);
 
     /* The weight of pair k, 0 where it is not joined. */
-    void (*weigh)(struct dx_smooth_row *r, unsigned k, const struct dx_smooth_paths *joined,
-                  float weight);
+    void (*weigh)(struct dx_smooth_row *r, unsigned k, dx_bits joined, float weight);
 
     /* From departures and weights to moves, of at most `max_move` sigmas. */
     void (*solve)(struct dx_smooth_row *r, float max_move);

@@ -75,15 +75,15 @@ static uint32_t next_residual(struct decoder *d)
 static bool get_row(struct decoder *d, struct dx_tile *tile, const struct dx_used *used,
                     uint32_t row)
 {
-    for (uint32_t col = 0, k = row * DX_BLOCK; col < DX_BLOCK; col++, k++) {
-        uint32_t *at = tile->range + k;
-        const uint8_t *is = used->at + k;
-        const bool has_w = col && is[-1], has_n = row && is[-DX_BLOCK];
+    const dx_bits here = used->row[row], north = row ? used->row[row - 1] : 0;
+
+    for (dx_bits left = here; left; left &= left - 1) {
+        const uint32_t col = dx_bits_first(left);
+        uint32_t *at = tile->range + row * DX_BLOCK + col;
+        const bool has_w = dx_bits_at(here << 1, col), has_n = dx_bits_at(north, col);
         uint32_t expected;
 
-        if (!*is)
-            continue;
-        if (has_w && has_n && is[-DX_BLOCK - 1])
+        if (has_w && has_n && dx_bits_at(north << 1, col))
             expected = dx_delta_predict(d->predictor, at[-1], at[-DX_BLOCK], at[-DX_BLOCK - 1]);
         else
             expected = has_w ? at[-1] : has_n ? at[-DX_BLOCK] : d->last;

@@ -55,7 +55,7 @@ uint8_t *dx_delta_put_codes(uint8_t *p, const struct dx_tile *tile)
 /* ---- ranges --------------------------------------------------------------------------------- */
 
 #define MAX_BLOCKS ((DX_TILE_MAX_VERTICES + DX_DELTA_BLOCK - 1) / DX_DELTA_BLOCK)
-#define ROOM       (MAX_BLOCKS * DX_DELTA_BLOCK + 8)
+#define ROOM       (MAX_BLOCKS * DX_DELTA_BLOCK + DX_ROWS_SLACK)
 
 /* Folded residuals of the used dexels by each predictor, in rank order; zeros up to a whole block.
  */
@@ -74,7 +74,7 @@ static uint32_t range_before(const struct dx_row_delta *row, uint32_t col, uint3
 }
 
 /* Without a neighbour: the range that is coded before. */
-static void mend_alone(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], const uint8_t *alone,
+static void mend_alone(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_N], const uint8_t *alone,
                        const struct dx_row_delta *row, uint32_t last)
 {
     for (uint32_t col = 0; col < DX_BLOCK; col++)
@@ -83,36 +83,45 @@ static void mend_alone(uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], con
 }
 
 static void add_row(struct residuals *r, const struct dx_rows *rows, const struct dx_row_delta *row,
-                    uint32_t last)
+                    dx_bits used, uint32_t last)
 {
-    uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_SPIN], n = 0;
-    uint8_t alone[DX_ROWS_SPIN];
+    uint32_t folded[DX_N_DELTA_PREDICTORS][DX_ROWS_N], n = 0;
+    uint8_t alone[DX_ROWS_N];
 
     rows->deltas(folded, alone, row);
     if (memchr(alone, 1, DX_BLOCK))
         mend_alone(folded, alone, row, last);
     for (int k = 0; k < DX_N_DELTA_PREDICTORS; k++)
-        n = (uint32_t)(rows->keep(r->folded[k] + r->n, folded[k], row->used) - r->folded[k]);
+        n = (uint32_t)(rows->keep(r->folded[k] + r->n, folded[k], used) - r->folded[k]);
     r->n = n;
+}
+
+/* One byte of 0 or 1 a column. */
+static void spread(uint8_t out[DX_ROWS_N], dx_bits used)
+{
+    for (uint32_t j = 0; j < DX_ROWS_N; j += 8)
+        dx_put_u64(out + j, dx_bits_spread8((uint64_t)(used >> j)));
 }
 
 static void find_residuals(struct residuals *r, const struct dx_tile *tile,
                            const struct dx_used *used)
 {
-    static const uint8_t none[DX_ROWS_SPIN];
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
-    const uint8_t *first = memchr(used->at, 1, DX_BLOCK_DEXELS);
-    uint32_t last = r->first = first ? tile->range[first - used->at] : 0;
+    uint8_t is[2][DX_ROWS_N] = {{0}, {0}}; /* of rows, by row & 1 */
+    uint32_t last = 0;
 
     r->n = 0;
     for (uint32_t row = 0; row < DX_BLOCK; row++) {
         const uint32_t at = row * DX_BLOCK, north = row ? at - DX_BLOCK : at;
-        const struct dx_row_delta d = {tile->range + at, tile->range + north, used->at + at,
-                                       row ? used->at + north : none};
+        const struct dx_row_delta d = {tile->range + at, tile->range + north, is[row & 1],
+                                       is[~row & 1]};
 
-        if (!memchr(d.used, 1, DX_BLOCK))
+        spread(is[row & 1], used->row[row]);
+        if (!used->row[row])
             continue;
-        add_row(r, rows, &d, last);
+        if (r->n == 0)
+            last = r->first = tile->range[at + dx_bits_first(used->row[row])];
+        add_row(r, rows, &d, used->row[row], last);
         last = range_before(&d, DX_BLOCK, last);
     }
     for (int k = 0; k < DX_N_DELTA_PREDICTORS; k++)

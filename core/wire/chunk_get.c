@@ -168,20 +168,20 @@ static const uint8_t *get_codes(struct dx_tile *tile, const uint8_t *p, const ui
     return dx_finish_bits(&b);
 }
 
-/* Ranges of q16: V of them, to where `used` puts them. */
-static const uint8_t *get_ranges(struct dx_tile *tile, const struct dx_used *used, uint32_t n,
-                                 const uint8_t *p, const uint8_t *end)
+/* Ranges of q16, to where `used` puts them. */
+static const uint8_t *get_ranges(struct dx_tile *tile, const struct dx_used *used, const uint8_t *p,
+                                 const uint8_t *end)
 {
-    if ((size_t)(end - p) < 2 * (size_t)n)
+    if ((size_t)(end - p) < 2 * (size_t)dx_used_count(used))
         return NULL;
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
-        if (!used->at[k])
-            continue;
-        tile->range[k] = dx_get_u16(p);
-        if (tile->range[k] == 0)
-            return NULL;
-        p += 2;
-    }
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        for (dx_bits row = used->row[i]; row; row &= row - 1, p += 2) {
+            uint32_t *range = &tile->range[i * DX_BLOCK + dx_bits_first(row)];
+
+            *range = dx_get_u16(p);
+            if (*range == 0)
+                return NULL;
+        }
     return p;
 }
 
@@ -191,7 +191,7 @@ static int get_samples(struct dx_tile *tile, const struct dx_used *used, const s
     const uint8_t *attr = s->attr, *normal = s->normals;
 
     for (uint32_t k = 0; (tile->attr_bytes || tile->has_normals) && k < DX_BLOCK_DEXELS; k++) {
-        if (!used->at[k])
+        if (!dx_used_has(used, k))
             continue;
         if (tile->attr_bytes)
             tile->attr[k] = tile->attr_bytes == 2 ? dx_get_u16(attr) : *attr;
@@ -215,15 +215,6 @@ static uint32_t count_cells(const struct dx_tile *tile)
     return n;
 }
 
-static uint32_t count_used(const struct dx_used *used)
-{
-    uint32_t n = 0;
-
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        n += used->at[k];
-    return n;
-}
-
 static int get_tile(struct dx_tile *tile, const struct dx_chunk_header *h, const struct sections *s,
                     const struct dx_tiling *tiling)
 {
@@ -237,11 +228,10 @@ static int get_tile(struct dx_tile *tile, const struct dx_chunk_header *h, const
         p = dx_chunk_get_struts(tile, p, end, tiling, &n_triangles);
     if (!p || n_triangles + count_cells(tile) != h->n_triangles)
         return -EBADMSG;
-    dx_used_mark(&used, tile);
-    if (count_used(&used) != h->n_vertices)
+    dx_used_mark(&used, tile->code, tile->strut);
+    if (dx_used_count(&used) != h->n_vertices)
         return -EBADMSG;
-    p = delta ? dx_delta_get_ranges(tile, &used, p, end)
-              : get_ranges(tile, &used, h->n_vertices, p, end);
+    p = delta ? dx_delta_get_ranges(tile, &used, p, end) : get_ranges(tile, &used, p, end);
     return p == end ? get_samples(tile, &used, s) : -EBADMSG;
 }
 

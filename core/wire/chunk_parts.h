@@ -46,7 +46,7 @@ static inline uint32_t dx_codes_count8(uint64_t x)
 
 /* ---- struts: chunk_struts.c ----------------------------------------------------------------- */
 
-uint8_t *dx_chunk_put_struts(uint8_t *p, const struct dx_tile *tile);
+uint8_t *dx_chunk_put_struts(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used);
 
 /* Into `tile`, whose struts are all 0 before; adds their triangles to *n_triangles. */
 const uint8_t *dx_chunk_get_struts(struct dx_tile *tile, const uint8_t *p, const uint8_t *end,

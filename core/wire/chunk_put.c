@@ -113,10 +113,20 @@ size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
 
 /* ---- q16 and delta: a tile as it is --------------------------------------------------------- */
 
+/* Rows of whole tiles fill whole bytes. What is written too much (a byte) the next part mends. */
+static uint8_t *put_whole_codes(uint8_t *out, const struct dx_tile *tile)
+{
+    for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8, out += 3)
+        dx_put_u32(out, dx_codes_pack8(dx_get_u64(tile->code + k)));
+    return out;
+}
+
 static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
 {
     struct dx_bit_writer b = {out, 0, 0};
 
+    if (tile->cell_cols == DX_TILE_CELLS)
+        return put_whole_codes(out, tile);
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
         const uint8_t *code = tile->code + DX_TILE_CELLS * i;
 
@@ -133,49 +143,50 @@ static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
 static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+    uint16_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK], *end = kept;
 
-    for (uint32_t at = 0; at < DX_BLOCK_DEXELS; at += DX_BLOCK)
-        p = rows->put16(p, tile->range + at, used->at + at);
-    return p;
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        end = rows->keep16(end, tile->range + i * DX_BLOCK, used->row[i]);
+    dx_put_u16s(p, kept, (size_t)(end - kept));
+    return p + 2 * (end - kept);
 }
 
-static uint8_t *put_tile_attrs(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
+static uint8_t *put_tile_attrs(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
-    for (uint32_t byte = 0; tile->attr_bytes && byte < DX_MASK_BYTES; byte++) {
-        for (uint32_t bits = mask[byte]; bits; bits &= bits - 1) {
-            const uint16_t v = tile->attr[8 * byte + (uint32_t)__builtin_ctz(bits)];
+    for (uint32_t i = 0; tile->attr_bytes && i < DX_BLOCK; i++)
+        for (dx_bits row = used->row[i]; row; row &= row - 1) {
+            const uint16_t v = tile->attr[i * DX_BLOCK + dx_bits_first(row)];
 
             *p++ = (uint8_t)v;
             if (tile->attr_bytes == 2)
                 *p++ = (uint8_t)(v >> 8);
         }
-    }
     return p;
 }
 
-static uint8_t *put_tile_normals(uint8_t *p, const struct dx_tile *tile, const uint8_t *mask)
+static uint8_t *put_tile_normals(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
-    for (uint32_t byte = 0; tile->has_normals && byte < DX_MASK_BYTES; byte++) {
-        for (uint32_t bits = mask[byte]; bits; bits &= bits - 1) {
-            memcpy(p, tile->normal + 2 * (8 * byte + (uint32_t)__builtin_ctz(bits)), 2);
-            p += 2;
-        }
-    }
+    for (uint32_t i = 0; tile->has_normals && i < DX_BLOCK; i++)
+        for (dx_bits row = used->row[i]; row; row &= row - 1, p += 2)
+            memcpy(p, tile->normal + 2 * (i * DX_BLOCK + dx_bits_first(row)), 2);
     return p;
 }
 
-static uint32_t count_triangles(const struct dx_tile *tile)
+static uint32_t count_triangles(const struct dx_tile *tile, const struct dx_used *used)
 {
     uint32_t n = 0;
 
     for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8)
         n += dx_codes_count8(dx_get_u64(tile->code + k));
-    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
-         k = dx_tile_next_strut(tile, k + 1)) {
-        struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+    for (uint32_t i = 0; used->has_struts && i < DX_BLOCK; i++)
+        for (dx_bits row = used->strut[i]; row; row &= row - 1) {
+            const uint8_t code = tile->strut[i * DX_BLOCK + dx_bits_first(row)];
+            struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
+            struct dx_lone_strut s;
 
-        n += dx_strut_triangles(triangle, tile->strut[k]);
-    }
+            n += dx_strut_is_lone(&s, code) ? (uint32_t)s.first + s.second
+                                            : dx_strut_triangles(triangle, code);
+        }
     return n;
 }
 
@@ -185,26 +196,24 @@ static size_t put_tile(uint8_t *out, const struct dx_tile *tile, enum dx_encodin
                                 .col = tile->col,
                                 .encoding = (uint8_t)encoding,
                                 .attr_bytes = tile->attr_bytes,
-                                .has_normals = tile->has_normals,
-                                .n_triangles = (uint16_t)count_triangles(tile)};
-    uint8_t mask[DX_MASK_BYTES], *p;
+                                .has_normals = tile->has_normals};
     struct dx_used used;
+    uint8_t *p;
 
-    if (h.n_triangles == 0)
+    dx_used_mark(&used, tile->code, tile->strut);
+    if (dx_used_count(&used) == 0)
         return dx_chunk_put_empty(out, encoding, tile->row, tile->col);
-    dx_used_mark(&used, tile);
-    dx_used_pack(&used, mask);
-    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-        h.n_vertices = (uint16_t)(h.n_vertices + used.at[k]);
-    p = put_tile_attrs(put_header(out, &h), tile, mask);
+    h.n_vertices = (uint16_t)dx_used_count(&used);
+    h.n_triangles = (uint16_t)count_triangles(tile, &used);
+    p = put_tile_attrs(put_header(out, &h), tile, &used);
     if (encoding == DX_ENCODING_Q16) {
-        p = dx_chunk_put_struts(put_codes(p, tile), tile);
+        p = dx_chunk_put_struts(put_codes(p, tile), tile, &used);
         p = put_ranges(p, tile, &used);
     } else {
-        p = dx_chunk_put_struts(dx_delta_put_codes(p, tile), tile);
+        p = dx_chunk_put_struts(dx_delta_put_codes(p, tile), tile, &used);
         p = dx_delta_put_ranges(p, tile, &used);
     }
-    return (size_t)(put_tile_normals(p, tile, mask) - out);
+    return (size_t)(put_tile_normals(p, tile, &used) - out);
 }
 
 size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile)

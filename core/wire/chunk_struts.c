@@ -6,21 +6,23 @@
 
 #define PASS 255 /* so many dexels passed over, and no strut here */
 
-uint8_t *dx_chunk_put_struts(uint8_t *p, const struct dx_tile *tile)
+uint8_t *dx_chunk_put_struts(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
     uint8_t *count = p;
     uint32_t n = 0, next = 0;
 
     p += 2;
-    for (uint32_t k = dx_tile_next_strut(tile, 0); k < DX_BLOCK_DEXELS;
-         k = dx_tile_next_strut(tile, k + 1)) {
-        for (; k - next >= PASS; next += PASS)
-            *p++ = PASS;
-        *p++ = (uint8_t)(k - next);
-        *p++ = tile->strut[k];
-        next = k + 1;
-        n++;
-    }
+    for (uint32_t i = 0; used->has_struts && i < DX_BLOCK; i++)
+        for (dx_bits row = used->strut[i]; row; row &= row - 1) {
+            const uint32_t k = i * DX_BLOCK + dx_bits_first(row);
+
+            for (; k - next >= PASS; next += PASS)
+                *p++ = PASS;
+            *p++ = (uint8_t)(k - next);
+            *p++ = tile->strut[k];
+            next = k + 1;
+            n++;
+        }
     dx_put_u16(count, (uint16_t)n);
     return p;
 }

@@ -37,13 +37,23 @@ for o in '--choice next' '--choice beta --beta 15' '--plane faces' '--plane axis
   [ "$(number triangles) $(number boundary_edges)" = "3996 0" ] || fail "$o: $(number triangles) triangles"
 done
 
+# Noise as large as the spacing: holes, but a manifold whose triangles agree, by both modes that pass through the points.
+expect 0 "$dexel" sim --surface random-bumpy -o noisy.ply --points 20000 --noise 1
+for mode in project delaunay; do
+  expect 0 "$dexel" mesh --mode $mode noisy.ply -o noisy-mesh.ply --stats
+  [ "$(number split_vertices)" -gt 0 ] || fail "$mode: no fans met, so nothing is tested"
+  expect 0 "$dexel" mesh --report noisy-mesh.ply
+  says 'manifold      yes' out
+  says 'orientation   consistent' out
+done
+
 # What it needs is told, and refused when there is less; how far it is stands on one line that is written again.
 project sphere.xyz --memory 1 --progress
 says 'sphere.xyz: needs about 0 MB'
 says "$(printf '\rreading')"
 awk 'BEGIN {for (k = 0; k < 20000; k++) print k % 141, int(k / 141), 0}' >flat.xyz
 expect 1 "$dexel" mesh --mode project flat.xyz --memory 1 -o none.ply
-says 'flat.xyz: 20000 points need about 2 MB, expected at most 1 MB (--memory)'
+says 'flat.xyz: 20000 points need about 4 MB, expected at most 1 MB (--memory)'
 [ ! -e none.ply ] || fail "a mesh of what was refused"
 expect 2 "$dexel" mesh --mode project flat.xyz --memory 0 --stats
 

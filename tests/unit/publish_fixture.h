@@ -3,6 +3,7 @@
 #ifndef DX_TEST_PUBLISH_FIXTURE_H
 #define DX_TEST_PUBLISH_FIXTURE_H
 
+#include "core/grid/tile_hash.h"
 #include "scene_rig.h"
 #include "terrain_fixture.h"
 

@@ -4,6 +4,7 @@
 #define DX_TERRAIN_RIG_H
 
 #include "core/base/rng.h"
+#include "core/grid/tile_hash.h"
 #include "core/grid/tile_used.h"
 #include "drivers/synth/scene.h"
 #include "terrain_invariants.h"

@@ -190,20 +190,21 @@ static void a_square_grid_is_filled(void **state)
 
 static void parameters_are_checked(void **state)
 {
-    struct dx_grow_config bad[5];
+    struct dx_grow_config bad[6];
     const struct dx_neighbours nb = {0};
     struct dx_cloud c;
 
     (void)state;
     assert_int_equal(dx_cloud_init(&c, NULL, 0, NULL, NULL), 0);
-    for (size_t k = 0; k < 5; k++)
+    for (size_t k = 0; k < 6; k++)
         dx_grow_defaults(&bad[k]);
     bad[0].bend_deg = 0;
     bad[1].bend_step_deg = 0.01;
     bad[2].max_angle_deg = 200;
     bad[3].max_ratio = 1;
     bad[4].max_loop = DX_GROW_MAX_LOOP + 1;
-    for (size_t k = 0; k < 5; k++) {
+    bad[5].max_lean_deg = 91;
+    for (size_t k = 0; k < 6; k++) {
         struct dx_err err = {""};
         struct dx_grow_stats stats;
         struct dx_halfedges m;

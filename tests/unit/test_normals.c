@@ -118,7 +118,7 @@ static const uint8_t *struts_of(const void *ctx, uint32_t tile)
 {
     const struct dx_tile *t = &((const struct world *)ctx)->tile[tile];
 
-    return dx_tile_next_strut(t, 0) < DX_BLOCK_DEXELS ? t->strut : NULL;
+    return dx_strut_next(t->strut, 0) < DX_BLOCK_DEXELS ? t->strut : NULL;
 }
 
 static struct world *world_new(bool wrap, bool flip, uint32_t density, uint32_t range_span)

@@ -113,6 +113,26 @@ static void noise_becomes_a_closed_mesh(void **state)
     }
 }
 
+/* Spheres in each other at six spacings, with points that are three apart: no triangle leads from
+ * one to the other. */
+static void sheets_stay_apart(void **state)
+{
+    const struct dx_surface_config c = {DX_SURFACE_NESTED, 20000, 0, 0.2, 6, 7};
+    struct run r = {.max_points = 8, .tolerance = 0.1};
+    struct halfedge_counts counts;
+    struct dx_surface_points p;
+
+    (void)state;
+    assert_int_equal(dx_surface_sample(&p, &c), 0);
+    run_all(&r, p.xyz, p.n, NULL, false, true);
+    counts = halfedge_count(&r.s.mesh.edges);
+    assert_int_equal(r.grown.n_components, 2);
+    assert_int_equal(counts.n_border, 0);
+    assert_int_equal(counts.euler, 4);
+    dx_stages_fini(&r.s);
+    free(p.xyz);
+}
+
 /* Edges off the points get vertices on them, until there are none. */
 static void refining_comes_to_the_surface(void **state)
 {
@@ -256,6 +276,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_becomes_a_closed_mesh),
         cmocka_unit_test(refining_comes_to_the_surface),
+        cmocka_unit_test(sheets_stay_apart),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(normals_face_away),
         cmocka_unit_test(any_cloud_is_taken),

@@ -110,35 +110,74 @@ static void any_codes(struct dx_tile *tile, struct dx_rng *rng)
                                                        : (uint8_t)(3 + 3 * dx_rng_below(rng, 2));
 }
 
+/* The corners that outcomes use: rows and columns from the cell on. */
+static void mark_used(dx_bits used[DX_BLOCK], const struct dx_tile *tile)
+{
+    static const char *const corners[] = {"", "abc", "acd", "abcd", "abd", "bcd", "abcd"};
+
+    memset(used, 0, DX_BLOCK * sizeof(*used));
+    for (uint32_t k = 0; k < sizeof(tile->code); k++)
+        for (const char *c = corners[tile->code[k]]; *c; c++)
+            used[k / 64 + 1 + (*c == 'c' || *c == 'd')] |=
+                (dx_bits)1 << (k % 64 + 1 + (*c == 'b' || *c == 'c'));
+}
+
 struct outcome {
-    struct dx_used used;
-    uint16_t rank[DX_USED_ROOM], index[3 * DX_TILE_MAX_TRIANGLES + 8];
-    uint32_t n_used, n_index, n_floats;
-    float xyz[3 * DX_TILE_MAX_VERTICES + 3];
+    dx_bits used[DX_BLOCK];
+    uint64_t bit[DX_TILE_CELLS][3], digest[DX_ROWS_LANES];
+    uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS];
+    uint16_t first[DX_BLOCK + 1], rank[DX_BLOCK_DEXELS];
+    uint16_t kept16[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
+    uint32_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
+    uint16_t index[3 * DX_TILE_MAX_TRIANGLES + DX_ROWS_SLACK];
+    float xyz[3 * DX_TILE_MAX_VERTICES + DX_ROWS_SLACK];
+    uint32_t n_kept, n_kept16, n_index, n_floats;
 };
+
+static void run_cells(struct outcome *o, const struct dx_rows *rows, const struct dx_tile *tile,
+                      bool flip)
+{
+    uint16_t *index = o->index;
+
+    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
+        const struct dx_row_ranks ranks = {o->used[i + 1], o->used[i + 2], o->first[i + 1],
+                                           o->first[i + 2]};
+
+        rows->bits(o->bit[i], tile->code + i * DX_TILE_CELLS);
+        rows->code(o->code + i * DX_TILE_CELLS, o->bit[i]);
+        index = rows->emit(index, tile->code + i * DX_TILE_CELLS, &ranks, flip);
+    }
+    o->n_index = (uint32_t)(index - o->index);
+}
 
 static void run_loops(struct outcome *o, const struct dx_rows *rows, const struct dx_tile *tile,
                       const struct dx_row_spin *spin, bool flip)
 {
-    uint16_t *index = o->index;
+    uint16_t *kept16 = o->kept16;
+    uint32_t *kept = o->kept;
     float *xyz = o->xyz;
 
     memset(o, 0, sizeof(*o));
-    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
-        uint8_t *top = o->used.at + (i + 1) * DX_BLOCK + 1;
+    mark_used(o->used, tile);
+    rows->count(o->first, o->used, DX_BLOCK);
+    run_cells(o, rows, tile, flip);
+    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+        const uint32_t *range = tile->range + i * DX_BLOCK;
+        uint16_t rank[DX_ROWS_N], low[DX_ROWS_N];
 
-        rows->use(top, top + DX_BLOCK, tile->code + i * DX_TILE_CELLS);
+        rows->rank(rank, o->used[i], o->first[i]);
+        for (uint32_t j = 0; j < DX_BLOCK; j++)
+            o->rank[i * DX_BLOCK + j] = dx_bits_at(o->used[i], j) ? rank[j] : 0;
+        for (uint32_t j = 0; j < DX_ROWS_N; j++)
+            low[j] = (uint16_t)range[j];
+        rows->digest(o->digest, low, o->used[i]);
+        xyz = rows->spin(xyz, spin, range, o->used[i]);
+        kept = rows->keep(kept, range, o->used[i]);
+        kept16 = rows->keep16(kept16, range, o->used[i]);
     }
-    o->n_used = rows->rank(o->rank, o->used.at, DX_USED_ROOM / 8);
-    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
-        const uint16_t *top = o->rank + (i + 1) * DX_BLOCK + 1;
-
-        index = rows->emit(index, tile->code + i * DX_TILE_CELLS, top, top + DX_BLOCK, flip);
-    }
-    for (uint32_t i = 0; i < DX_BLOCK; i++)
-        xyz = rows->spin(xyz, spin, tile->range + i * DX_BLOCK, o->used.at + i * DX_BLOCK);
-    o->n_index = (uint32_t)(index - o->index);
     o->n_floats = (uint32_t)(xyz - o->xyz);
+    o->n_kept = (uint32_t)(kept - o->kept);
+    o->n_kept16 = (uint32_t)(kept16 - o->kept16);
 }
 
 /* What the loops promise, told in one line each. */
@@ -147,14 +186,38 @@ static void check_generic(const struct outcome *o, const struct dx_tile *tile)
     uint32_t n = 0, n_triangles = 0;
 
     for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
+        if (!dx_bits_at(o->used[k / DX_BLOCK], k % DX_BLOCK))
+            continue;
         assert_int_equal(o->rank[k], n);
-        n += o->used.at[k];
+        assert_int_equal(o->kept[n], tile->range[k]);
+        assert_int_equal(o->kept16[n], (uint16_t)tile->range[k]);
+        n++;
     }
     for (uint32_t k = 0; k < sizeof(tile->code); k++)
         n_triangles += tile->code[k] == 0 ? 0 : tile->code[k] == 3 || tile->code[k] == 6 ? 2 : 1;
-    assert_int_equal(o->n_used, n);
+    assert_memory_equal(o->code, tile->code, sizeof(tile->code));
+    assert_int_equal(o->first[DX_BLOCK], n);
+    assert_int_equal(o->n_kept, n);
+    assert_int_equal(o->n_kept16, n);
     assert_int_equal(o->n_floats, 3 * n);
     assert_int_equal(o->n_index, 3 * n_triangles);
+}
+
+static void assert_same_outcome(const struct outcome *got, const struct outcome *want)
+{
+    assert_int_equal(got->n_floats, want->n_floats);
+    assert_int_equal(got->n_index, want->n_index);
+    assert_memory_equal(got->bit, want->bit, sizeof(want->bit));
+    assert_memory_equal(got->code, want->code, sizeof(want->code));
+    assert_memory_equal(got->digest, want->digest, sizeof(want->digest));
+    assert_memory_equal(got->first, want->first, sizeof(want->first));
+    assert_memory_equal(got->rank, want->rank, sizeof(want->rank));
+    assert_memory_equal(got->index, want->index, want->n_index * sizeof(*want->index));
+    assert_memory_equal(got->xyz, want->xyz, want->n_floats * sizeof(*want->xyz));
+    assert_int_equal(got->n_kept, want->n_kept);
+    assert_memory_equal(got->kept, want->kept, want->n_kept * sizeof(*want->kept));
+    assert_int_equal(got->n_kept16, want->n_kept16);
+    assert_memory_equal(got->kept16, want->kept16, want->n_kept16 * sizeof(*want->kept16));
 }
 
 static void every_set_builds_alike(void **state)
@@ -175,7 +238,7 @@ static void every_set_builds_alike(void **state)
         any_codes(tile, &rng);
         for (uint32_t j = 0; j < DX_BLOCK_DEXELS; j++)
             tile->range[j] = (uint32_t)(dx_rng_u64(&rng) >> (k % 2 ? 32 : 48));
-        for (uint32_t j = 0; j < DX_ROWS_SPIN; j++) {
+        for (uint32_t j = 0; j < DX_ROWS_N; j++) {
             spin.c[j] = (float)dx_rng_unit(&rng);
             spin.s[j] = (float)dx_rng_unit(&rng);
         }
@@ -183,10 +246,7 @@ static void every_set_builds_alike(void **state)
         check_generic(want, tile);
         for (int s = 0; s < n; s++) {
             run_loops(got, sets[s], tile, &spin, flip);
-            assert_int_equal(got->n_floats, want->n_floats);
-            assert_memory_equal(got->rank, want->rank, sizeof(want->rank));
-            assert_memory_equal(got->index, want->index, want->n_index * sizeof(*want->index));
-            assert_memory_equal(got->xyz, want->xyz, want->n_floats * sizeof(*want->xyz));
+            assert_same_outcome(got, want);
         }
     }
     free(want);
@@ -198,8 +258,7 @@ static void every_set_builds_alike(void **state)
 
 struct measured {
     struct dx_row_points turned, stretched, unit;
-    uint8_t within[DX_ROWS_N], unsure[DX_ROWS_N];
-    bool any_unsure;
+    struct dx_row_joined cap;
 };
 
 struct places {
@@ -224,7 +283,7 @@ static void any_places(struct places *x, struct dx_rng *rng)
     }
 }
 
-/* Half of the pairs are joined; a margin that makes some of them unsure. */
+/* With a margin that makes some pairs unsure. */
 static void measure(struct measured *m, const struct dx_rows *rows, const struct places *x)
 {
     const struct dx_row_points *p = &m->turned;
@@ -236,26 +295,27 @@ static void measure(struct measured *m, const struct dx_rows *rows, const struct
     rows->stretch(&m->stretched, &x->beam, x->r);
     m->unit = x->beam;
     rows->unit(&m->unit);
-    for (uint32_t j = 0; j < DX_ROWS_N; j++)
-        m->within[j] = x->r[j] > 1.005f;
-    m->any_unsure = rows->cap(m->within, m->unsure, &span, 0.1f, 0.02f);
+    m->cap = rows->cap(&span, 0.1f, 0.02f);
 }
 
 /* What the loops promise of a row. */
-static void check_measured(const struct measured *m, const struct places *x)
+static void check_measured(const struct measured *m)
 {
-    uint8_t any = 0;
+    const struct dx_row_points *u = &m->unit, *t = &m->turned;
 
     for (uint32_t j = 0; j < DX_ROWS_N; j++) {
-        const struct dx_row_points *u = &m->unit;
         const double l2 = (double)u->x[j] * (double)u->x[j] + (double)u->y[j] * (double)u->y[j] +
                           (double)u->z[j] * (double)u->z[j];
 
         assert_true(l2 > 1 - 0x1p-19 && l2 < 1 + 0x1p-19);
-        assert_true(x->r[j] > 1.005f || !(m->within[j] | m->unsure[j]));
-        any |= m->unsure[j];
     }
-    assert_int_equal(m->any_unsure, any);
+    for (uint32_t j = 0; j + 1 < DX_ROWS_N; j++) {
+        const double a = (double)(t->x[j] - t->x[j + 1]), b = (double)(t->y[j] - t->y[j + 1]);
+        const double c = (double)(t->z[j] - t->z[j + 1]), more = a * a + b * b + c * c - 0.1;
+
+        assert_int_equal(dx_bits_at(m->cap.unsure, j), fabs(more) <= 0.02);
+        assert_true(fabs(more) <= 0.02 || dx_bits_at(m->cap.joined, j) == (more < 0));
+    }
 }
 
 static void every_set_measures_alike(void **state)
@@ -272,11 +332,9 @@ static void every_set_measures_alike(void **state)
 
         any_places(&x, &rng);
         measure(&want, dx_rows_get(DX_SIMD_GENERIC), &x);
-        check_measured(&want, &x);
-        for (uint32_t j = 0; j < DX_ROWS_N; j++) {
-            n_within += want.within[j];
-            n_unsure += want.unsure[j];
-        }
+        check_measured(&want);
+        n_within += dx_bits_count(want.cap.joined);
+        n_unsure += dx_bits_count(want.cap.unsure);
         for (int s = 0; s < n; s++) {
             measure(&got, sets[s], &x);
             assert_memory_equal(&got, &want, sizeof(want));
@@ -334,11 +392,11 @@ static void find_normals(struct normals *n, const struct dx_rows *rows,
                          const struct dx_row_points point[2], const struct dx_row_points *sums,
                          const uint8_t *code)
 {
-    uint8_t used[DX_ROWS_N];
+    dx_bits used = 0;
 
     memset(n, 0, sizeof(*n));
     for (uint32_t j = 0; j < DX_ROWS_N; j++)
-        used[j] = code[j] != 2;
+        used |= (dx_bits)(code[j] != 2) << j;
     rows->add_cells(&n->top, &n->bottom, &point[0], &point[1], code);
     for (int flip = 0; flip < 2; flip++)
         rows->octahedral(n->bytes[flip], sums, used, flip);

@@ -55,7 +55,7 @@ static void the_cost_never_grows(void **state)
     for (uint64_t seed = 0; seed < 20; seed++)
         for (int i = 0; i < 4; i++)
             for (int j = 0; j < 4; j++) {
-                struct dx_robust_plane plane = {{0}, 0, 0};
+                struct dx_robust_plane plane = {.t = 0};
                 double before;
 
                 draw(&p, 30 + (uint32_t)seed, noises[i], 0.05, seed);

@@ -1,0 +1,17 @@
+/*
+ * The content hash of tiles: what their chunks say, whatever the encoding. Equal hashes are taken
+ * for equal content; 0 is that of tiles without triangles. Not kept beyond the process.
+ */
+#ifndef DX_TILE_HASH_H
+#define DX_TILE_HASH_H
+
+#include "core/grid/rules.h"
+
+/* Codes of cells and struts; ranges, attributes, normals and points of used dexels. */
+uint64_t dx_tile_hash(const struct dx_tile *tile);
+
+/* The same of a tile that has nothing but codes and ranges, from the area that they come from. */
+uint64_t dx_tile_hash_outcome(const struct dx_outcome *out, const struct dx_area *a,
+                              const struct dx_rows *rows);
+
+#endif
