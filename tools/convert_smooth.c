@@ -1,18 +1,17 @@
-/* What dexel convert --smooth is asked, the stages it takes, and the points as PLY or text. */
+/* What dexel convert --smooth is asked, and the stages it takes. */
 #include "tools/convert_smooth.h"
 
 #include "core/cloud/smooth_stages.h"
 #include "tools/args.h"
-#include "tools/cloud_mesh.h"
 #include "tools/cloud_read.h"
-#include "tools/out_file.h"
+#include "tools/out_points.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
 static const char help[] =
-    "usage: dexel convert --smooth IN OUT.{ply,xyz} [OPTIONS]\n"
+    "usage: dexel convert --smooth IN OUT.{ply,pcd,xyz} [OPTIONS]\n"
     "Takes the noise from unorganized points and writes them with normals, in their order. IN is\n"
     "what dexel mesh --mode smooth reads.\n\n"
     "  --passes N          of smoothing, 1 to 16 (1)\n"
@@ -26,7 +25,7 @@ static const char help[] =
     "  --frame N|all       of recordings, MCAP, folders and globs: which frame, from 0 (the last)\n"
     "  --viewpoint X,Y,Z   where the points were seen from: normals face it (the outside)\n"
     "  --threads N         (one a processor)\n"
-    "  --ascii             PLY as text\n";
+    "  --ascii             PLY and PCD as text\n";
 
 enum {
     OPT_SMOOTH = 256,
@@ -133,15 +132,9 @@ static int set_option(void *args, int opt, const char *name, const char *text)
     }
 }
 
-static bool has_ending(const char *path, const char *ending)
-{
-    const size_t len = strlen(path), n = strlen(ending);
-
-    return len > n && strcmp(path + len - n, ending) == 0;
-}
-
 static int parse(struct args *a, int argc, char **argv)
 {
+    struct dx_err err;
     int rc;
 
     *a = (struct args){.source.frame = DX_CLOUD_READ_LAST, .n_passes = 1};
@@ -156,11 +149,8 @@ static int parse(struct args *a, int argc, char **argv)
     a->source.path = argv[optind];
     if (!a->out)
         a->out = argv[optind + 1];
-    if (!has_ending(a->out, ".ply") && !has_ending(a->out, ".xyz")) {
-        fprintf(stderr,
-                "dexel convert: --smooth: found '%s', expected a name ending in .ply or "
-                ".xyz\n",
-                a->out);
+    if (dx_out_points_check(a->out, &err) < 0) {
+        fprintf(stderr, "dexel convert: %s\n", err.text);
         return -EINVAL;
     }
     return 0;
@@ -203,51 +193,16 @@ static int smooth(struct dx_stages *s, const struct args *a, struct dx_err *err)
     return rc == 0 ? dx_stages_orient(s, a->has_viewpoint ? a->viewpoint : NULL, err) : rc;
 }
 
-static int write_text(const char *path, const double (*xyz)[3], const float (*normal)[3],
-                      uint32_t n, struct dx_err *err)
-{
-    struct dx_out_file f;
-    int rc = dx_out_file_open(&f, path, err);
-
-    if (rc < 0)
-        return rc;
-    for (uint32_t k = 0; k < n; k++)
-        fprintf(f.stream, "%.17g %.17g %.17g %.9g %.9g %.9g\n", xyz[k][0], xyz[k][1], xyz[k][2],
-                (double)normal[k][0], (double)normal[k][1], (double)normal[k][2]);
-    return dx_out_file_commit(&f, err);
-}
-
-/* A mesh without triangles; the points are its own from now on. */
-static int write_ply(const struct args *a, double (**xyz)[3], float (**normal)[3], uint32_t n,
-                     struct dx_err *err)
-{
-    struct dx_out_options write = {.ascii = a->ascii};
-    struct dx_cloud_mesh points = {0};
-    struct dx_mesh mesh;
-    int rc;
-
-    dx_cloud_mesh_points(&points, **xyz, **normal, n);
-    *xyz = NULL;
-    *normal = NULL;
-    rc = dx_cloud_mesh_make(&mesh, &points, NULL, 0, &write);
-    dx_cloud_mesh_fini(&points);
-    if (rc < 0)
-        return dx_err_set(err, rc, "%s: %s", a->out, strerror(-rc));
-    rc = dx_out_mesh(a->out, &mesh, &write, err);
-    dx_mesh_fini(&mesh);
-    return rc;
-}
-
-static int write_points(const struct args *a, struct dx_stages *s, struct dx_err *err)
+static int write_points(const struct args *a, const struct dx_stages *s, struct dx_err *err)
 {
     const bool is_thin = s->reduced.n > 0;
-    double(**xyz)[3] = is_thin ? &s->reduced.xyz : &s->xyz;
-    float(**normal)[3] = is_thin ? &s->reduced.normal : &s->normal;
-    const uint32_t n = is_thin ? s->reduced.n : s->n;
+    const struct dx_out_points points = {
+        .n = is_thin ? s->reduced.n : s->n,
+        .xyz = is_thin ? *s->reduced.xyz : *s->xyz,
+        .normal = (const float(*)[3])(is_thin ? s->reduced.normal : s->normal),
+    };
 
-    if (has_ending(a->out, ".ply"))
-        return write_ply(a, xyz, normal, n, err);
-    return write_text(a->out, (const double(*)[3]) * xyz, (const float(*)[3]) * normal, n, err);
+    return dx_out_points(a->out, &points, a->ascii, err);
 }
 
 static int run(const struct args *a, struct dx_err *err)

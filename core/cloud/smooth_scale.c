@@ -2,13 +2,13 @@
 #include "core/cloud/smooth_cloud.h"
 
 #include "core/base/trig.h"
+#include "core/cloud/sample.h"
 #include "core/cloud/smooth_fit.h"
 #include "core/cloud/spacing.h"
 
 #include <errno.h>
 #include <math.h>
 
-#define N_SAMPLES   512
 #define N_SIDE      16 /* neighbours of which the farthest tells the density */
 #define WIDE        2.25 /* spacings: the width with which curvature is measured, and of paraboloids */
 #define LEAST_SW    1.25 /* of planes */
@@ -17,41 +17,17 @@
 #define LEAST_SR    0.5
 #define MIN_POINTS  24 /* below, a cloud tells no curvature */
 
-struct median {
-    double value[N_SAMPLES]; /* ascending */
-    uint32_t n;
-};
-
-static void insert(struct median *m, double x)
-{
-    uint32_t k = m->n++;
-
-    for (; k > 0 && m->value[k - 1] > x; k--)
-        m->value[k] = m->value[k - 1];
-    m->value[k] = x;
-}
-
-static uint32_t n_samples(const struct dx_cloud *c)
-{
-    return c->n < N_SAMPLES ? c->n : N_SAMPLES;
-}
-
-static uint32_t sample_rank(const struct dx_cloud *c, uint32_t k)
-{
-    return (uint32_t)((uint64_t)k * c->n / n_samples(c));
-}
-
 /* The k-th of points of density d is at pi d r^2 = k - 1/3 in the median. */
 double dx_cloud_side(const struct dx_cloud *c)
 {
-    struct median m = {.n = 0};
+    struct dx_sample_median m = {.n = 0};
 
-    for (uint32_t k = 0; k < n_samples(c); k++) {
+    for (uint32_t k = 0; k < dx_sample_n(c); k++) {
         struct dx_near near[N_SIDE];
-        const uint32_t n = dx_cloud_nearest(c, sample_rank(c, k), N_SIDE, near);
+        const uint32_t n = dx_cloud_nearest(c, dx_sample_rank(c, k), N_SIDE, near);
 
         if (n > 0)
-            insert(&m, sqrt((double)near[n - 1].d2 * DX_PI / (n - 1.0 / 3)));
+            dx_sample_insert(&m, sqrt((double)near[n - 1].d2 * DX_PI / (n - 1.0 / 3)));
     }
     return m.n && m.value[m.n / 2] > 1 ? m.value[m.n / 2] : 1;
 }
@@ -60,14 +36,14 @@ double dx_cloud_side(const struct dx_cloud *c)
 static double curvature(const struct dx_cloud *c, double spacing)
 {
     const double radius = 3 * WIDE * spacing;
-    struct median m = {.n = 0};
+    struct dx_sample_median m = {.n = 0};
 
-    for (uint32_t k = 0; c->n >= MIN_POINTS && k < n_samples(c); k++) {
+    for (uint32_t k = 0; c->n >= MIN_POINTS && k < dx_sample_n(c); k++) {
         struct dx_near near[DX_ROBUST_MAX_POINTS];
         struct dx_robust_points p;
         struct dx_robust_plane plane;
         struct dx_robust_quadric q;
-        const int32_t *at = c->at[sample_rank(c, k)];
+        const int32_t *at = c->at[dx_sample_rank(c, k)];
         uint32_t n_steps;
 
         p.n = dx_cloud_within(c, at, radius < DX_CLOUD_LATTICE ? (int32_t)radius : DX_CLOUD_LATTICE,
@@ -83,7 +59,7 @@ static double curvature(const struct dx_cloud *c, double spacing)
         if (dx_robust_plane(&plane, &n_steps, &p, WIDE, WIDE, DX_ROBUST_SETTLED) ==
                 DX_ROBUST_DONE &&
             dx_robust_quadric(&q, &p, &plane, WIDE))
-            insert(&m, fabs(q.term[3] + q.term[5]));
+            dx_sample_insert(&m, fabs(q.term[3] + q.term[5]));
     }
     return m.n ? m.value[m.n / 2] : 0;
 }

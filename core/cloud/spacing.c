@@ -1,48 +1,24 @@
 /* Spacing and noise by medians over a sample. */
 #include "core/cloud/spacing.h"
 
+#include "core/cloud/sample.h"
 #include "core/cloud/sym3.h"
 
 #include <math.h>
 #include <stdbool.h>
 
-#define N_SAMPLES 512
-#define N_NEAR    20 /* of a fit */
-#define N_TERMS   6  /* 1 x y xx xy yy */
-
-struct median {
-    double value[N_SAMPLES]; /* ascending */
-    uint32_t n;
-};
-
-static void insert(struct median *m, double x)
-{
-    uint32_t k = m->n++;
-
-    for (; k > 0 && m->value[k - 1] > x; k--)
-        m->value[k] = m->value[k - 1];
-    m->value[k] = x;
-}
-
-static uint32_t n_samples(const struct dx_cloud *c)
-{
-    return c->n < N_SAMPLES ? c->n : N_SAMPLES;
-}
-
-static uint32_t sample_rank(const struct dx_cloud *c, uint32_t k)
-{
-    return (uint32_t)((uint64_t)k * c->n / n_samples(c));
-}
+#define N_NEAR  20 /* of a fit */
+#define N_TERMS 6  /* 1 x y xx xy yy */
 
 double dx_cloud_spacing(const struct dx_cloud *c)
 {
-    struct median m = {.n = 0};
+    struct dx_sample_median m = {.n = 0};
 
-    for (uint32_t k = 0; k < n_samples(c); k++) {
+    for (uint32_t k = 0; k < dx_sample_n(c); k++) {
         struct dx_near near;
 
-        if (dx_cloud_nearest(c, sample_rank(c, k), 1, &near))
-            insert(&m, sqrt((double)near.d2));
+        if (dx_cloud_nearest(c, dx_sample_rank(c, k), 1, &near))
+            dx_sample_insert(&m, sqrt((double)near.d2));
     }
     return m.n ? m.value[m.n / 2] : 1;
 }
@@ -146,17 +122,17 @@ static double residual(double p[N_NEAR + 1][3])
 
 double dx_cloud_noise(const struct dx_cloud *c)
 {
-    struct median m = {.n = 0};
+    struct dx_sample_median m = {.n = 0};
 
-    for (uint32_t k = 0; c->n > N_NEAR && k < n_samples(c); k++) {
+    for (uint32_t k = 0; c->n > N_NEAR && k < dx_sample_n(c); k++) {
         struct dx_near near[N_NEAR];
         double p[N_NEAR + 1][3], size, r;
 
-        dx_cloud_nearest(c, sample_rank(c, k), N_NEAR, near);
-        size = turn(p, c, sample_rank(c, k), near);
+        dx_cloud_nearest(c, dx_sample_rank(c, k), N_NEAR, near);
+        size = turn(p, c, dx_sample_rank(c, k), near);
         r = size > 0 ? residual(p) : -1;
         if (r >= 0)
-            insert(&m, size * r);
+            dx_sample_insert(&m, size * r);
     }
     return m.n ? m.value[m.n / 2] : 0;
 }
