@@ -63,7 +63,7 @@ struct found {
 };
 
 static const struct found by_noise[] = {
-    {0.15, 16, 16, TURN}, {0.45, 24, 16, SHADOW}, {0.7, 48, 32, SHADOW}, {1e300, 64, 64, SHADOW}};
+    {0.15, 16, 16, TURN}, {0.25, 24, 16, SHADOW}, {0.7, 48, 32, SHADOW}, {1e300, 64, 64, SHADOW}};
 
 static void find_parameters(struct config *c, const struct dx_mesh_job *job)
 {
