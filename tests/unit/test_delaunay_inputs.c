@@ -184,6 +184,51 @@ static void what_is_no_surface_ends(void **state)
     free(xyz);
 }
 
+/* Points of a small grid, of a line and a few others, of sheets that cross, of clusters. */
+static void draw_odd(double *xyz, uint32_t n, int kind, struct dx_rng *g)
+{
+    for (uint32_t k = 0; k < n; k++) {
+        double *p = xyz + 3 * k;
+
+        for (int i = 0; i < 3; i++)
+            p[i] = dx_rng_unit(g);
+        if (kind == 0)
+            for (int i = 0; i < 3; i++)
+                p[i] = floor(4 * p[i]);
+        if (kind == 1 && k > 5)
+            p[1] = p[2] = p[0];
+        if (kind == 2)
+            p[2] = k % 2 ? p[0] : 1 - p[0];
+        if (kind == 3)
+            for (int i = 0; i < 3; i++)
+                p[i] = k % 7 + pow(10, -(double)(k % 7)) * p[i];
+    }
+}
+
+static void small_odd_clouds_make_manifolds(void **state)
+{
+    struct dx_rng g = dx_rng_init(10, 0);
+    size_t n_triangles = 0;
+
+    (void)state;
+    for (int t = 0; t < 1500; t++) {
+        const uint32_t n = 1 + dx_rng_below(&g, 150), k = 3 + dx_rng_below(&g, 20);
+        struct dx_delaunay_config config = defaults();
+        double xyz[3 * 150];
+
+        config.k = k;
+        config.shadow = t % 2;
+        config.paper_radius = t % 7 == 0;
+        config.widest = t % 3 ? 2.5 : 100;
+        config.max_loop = dx_rng_below(&g, DX_DELAUNAY_MAX_LOOP + 1);
+        draw_odd(xyz, n, t % 5, &g);
+        delaunay(&soup, xyz, n, &config, k, NULL);
+        soup_count(&soup, n);
+        n_triangles += soup.n;
+    }
+    assert_true(n_triangles > 10000);
+}
+
 static void order_and_threads_do_not_matter(void **state)
 {
     static const unsigned counts[] = {1, 2, 3, 8};
@@ -322,6 +367,7 @@ int main(void)
         cmocka_unit_test(two_sheets_stay_apart_or_manifold),
         cmocka_unit_test(density_may_change),
         cmocka_unit_test(what_is_no_surface_ends),
+        cmocka_unit_test(small_odd_clouds_make_manifolds),
         cmocka_unit_test(order_and_threads_do_not_matter),
         cmocka_unit_test(bits_are_golden),
         cmocka_unit_test(no_edge_is_longer_than_asked),
