@@ -18,9 +18,10 @@
 #define CLOUD_LEN  17 /* and then */
 #define GROW_LEN   36 /* two triangles, while their number grows */
 #define FINISH_LEN 40 /* and then, with the vertices and where they came from */
-#define REPAIR_LEN 94 /* edges, mates and fans, where fans must be told apart; more than statistics */
+#define REPAIR_LEN                                                                                 \
+    94 /* edges, mates and fans, where fans must be told apart; more than statistics */
 
-#define MANY       1000000 /* points from which on the memory is told without being asked */
+#define MANY 1000000 /* points from which on the memory is told without being asked */
 
 struct times {
     double read_s, load_s, mesh_s;

@@ -70,6 +70,18 @@ static int run_all(struct dx_delaunay_run *run)
     return rc;
 }
 
+/* With an arena from the start, which also the empty ring is in. */
+static int open_rings(struct dx_rings *r)
+{
+    uint32_t ring = 0;
+    int rc;
+
+    dx_rings_init(r);
+    rc = dx_ring_add(r, &ring, 0, 1);
+    dx_ring_free(r, &ring);
+    return rc < 0 ? rc : 0;
+}
+
 int dx_delaunay(struct dx_delaunay_stats *stats, const struct dx_cloud *cloud,
                 const struct dx_neighbours *nb, const float (*normals)[3],
                 const struct dx_delaunay_config *config, const struct dx_delaunay_sink *sink,
@@ -90,9 +102,10 @@ int dx_delaunay(struct dx_delaunay_stats *stats, const struct dx_cloud *cloud,
     run.k = nb->k < config->k ? nb->k : config->k;
     run.max_edge = config->max_edge > 0 ? config->max_edge / cloud->step : INFINITY;
     dx_star_angles(run.quarter_turns);
-    dx_rings_init(&run.rings);
+    rc = open_rings(&run.rings);
     run.ring = malloc(cloud->n * sizeof(*run.ring));
-    rc = run.ring ? run_all(&run) : -ENOMEM;
+    if (rc == 0)
+        rc = run.ring ? run_all(&run) : -ENOMEM;
     if (rc == -ENOMEM)
         dx_err_set(err, rc, "no memory for the mesh of %u points", cloud->n);
     dx_stars_fini(&run.stars);

@@ -39,8 +39,8 @@ struct dx_delaunay_stats {
     uint32_t n_loop_triangles;                    /* to fill holes */
     uint32_t n_completed, n_boundary, n_isolated; /* points */
     uint32_t n_pinched; /* of n_boundary, points in which several fans of triangles meet */
-    uint32_t n_widened;                           /* points that looked beyond their neighbours */
-    uint32_t n_open; /* points whose star was not agreed on by all; rims among them */
+    uint32_t n_widened; /* points that looked beyond their neighbours */
+    uint32_t n_open;    /* points whose star was not agreed on by all; rims among them */
 };
 
 /* Takes a triangle, as numbers of the input's points, to the left around it seen from where its

@@ -51,29 +51,3 @@ bool dx_tangent_of(struct dx_tangent *t, const struct dx_delaunay_run *run, uint
     t->shadow = run->config->shadow;
     return true;
 }
-
-/* To the nearest, halves away from 0. */
-static int32_t round_flat(double x)
-{
-    const double most = DX_FLAT_MAX / 2;
-
-    x = x < 0 ? x - 0.5 : x + 0.5;
-    x = x > most ? most : x;
-    return (int32_t)(x < -most ? -most : x);
-}
-
-bool dx_tangent_put(struct dx_flat *out, double *height, const struct dx_tangent *t,
-                    const int32_t at[3])
-{
-    const double d[3] = {at[0] - t->at[0], at[1] - t->at[1], at[2] - t->at[2]};
-    const double x = dot(d, t->u), y = dot(d, t->v), h = dot(d, t->n), tt = x * x + y * y;
-    double turn = t->scale;
-
-    if (!(tt > 0))
-        return false;
-    if (!t->shadow)
-        turn *= sqrt(1 + h * h / tt);
-    *height = fabs(h);
-    *out = (struct dx_flat){round_flat(x * turn), round_flat(y * turn)};
-    return out->x != 0 || out->y != 0;
-}

@@ -6,6 +6,8 @@
 #include "core/cloud/angle_order.h"
 #include "core/cloud/point_ring.h"
 
+#include <math.h>
+
 #define DX_STAR_MAX_NEAR 256       /* candidates */
 #define DX_STAR_MAX      128       /* neighbours in a star */
 #define DX_STAR_FLAT     (1 << 20) /* the radius of the nearest, in units of the plane */
@@ -92,10 +94,36 @@ struct dx_delaunay_run {
 
 /* delaunay_plane.c: false: the point has no normal. */
 bool dx_tangent_of(struct dx_tangent *t, const struct dx_delaunay_run *run, uint32_t rank);
+
+/* To the nearest, halves away from 0. */
+static inline int32_t dx_round_flat(double x)
+{
+    const double most = DX_FLAT_MAX / 2;
+
+    x = x < 0 ? x - 0.5 : x + 0.5;
+    x = x > most ? most : x;
+    return (int32_t)(x < -most ? -most : x);
+}
+
 /* A point turned about the reference point into its plane, at its distance (section 5.4), and its
  * height over it; false: it is on the normal. */
-bool dx_tangent_put(struct dx_flat *out, double *height, const struct dx_tangent *t,
-                    const int32_t at[3]);
+static inline bool dx_tangent_put(struct dx_flat *out, double *height, const struct dx_tangent *t,
+                                  const int32_t at[3])
+{
+    const double d[3] = {at[0] - t->at[0], at[1] - t->at[1], at[2] - t->at[2]};
+    const double x = d[0] * t->u[0] + d[1] * t->u[1] + d[2] * t->u[2];
+    const double y = d[0] * t->v[0] + d[1] * t->v[1] + d[2] * t->v[2];
+    const double h = d[0] * t->n[0] + d[1] * t->n[1] + d[2] * t->n[2], tt = x * x + y * y;
+    double turn = t->scale;
+
+    if (!(tt > 0))
+        return false;
+    if (!t->shadow)
+        turn *= sqrt(1 + h * h / tt);
+    *height = fabs(h);
+    *out = (struct dx_flat){dx_round_flat(x * turn), dx_round_flat(y * turn)};
+    return out->x != 0 || out->y != 0;
+}
 
 static inline bool dx_tangent_flat(struct dx_flat *out, const struct dx_tangent *t,
                                    const int32_t at[3])

@@ -114,15 +114,14 @@ int dx_neighbours_init(struct dx_neighbours *nb, const struct dx_cloud *c, uint3
     *nb = (struct dx_neighbours){.n = c->n};
     if (k < 1 || k > DX_CLOUD_MAX_NEAREST)
         return dx_err_set(err, -EINVAL, "%u neighbours, expected 1 to %d", k, DX_CLOUD_MAX_NEAREST);
-    if (c->n < 2)
-        return 0;
-    nb->k = k < c->n ? k : c->n - 1;
-    nb->rank = malloc((size_t)nb->n * nb->k * sizeof(*nb->rank));
+    nb->k = k < c->n ? k : c->n - (c->n > 0);
+    nb->rank = malloc(((size_t)nb->n * nb->k + 1) * sizeof(*nb->rank)); /* of one point, too */
     if (!nb->rank) {
         *nb = (struct dx_neighbours){0};
         return dx_err_set(err, -ENOMEM, "no memory for the neighbours of %u points", c->n);
     }
-    dx_pool_run(pool, (nb->n + RUN - 1) / RUN, find_run, &a);
+    if (nb->k > 0)
+        dx_pool_run(pool, (nb->n + RUN - 1) / RUN, find_run, &a);
     return 0;
 }
 

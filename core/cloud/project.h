@@ -42,13 +42,13 @@ struct dx_project_config {
 struct dx_project_stats {
     uint64_t n_triangles;
     uint32_t n_completed, n_boundary, n_isolated; /* points */
-    uint32_t n_pinched; /* of n_boundary, points in which several fans of triangles meet */
-    uint32_t n_components;                        /* seeds that grew */
-    uint32_t n_loop_triangles;                    /* of n_triangles, to close holes */
-    uint32_t n_again;                             /* reference points taken with a wider radius */
-    uint32_t peak_rings;                          /* unfinished points at a time, at most */
-    size_t peak_ring_len;                         /* bytes of their rings, at most */
-    double spacing;                               /* median distance of neighbours, input's unit */
+    uint32_t n_pinched;        /* of n_boundary, points in which several fans of triangles meet */
+    uint32_t n_components;     /* seeds that grew */
+    uint32_t n_loop_triangles; /* of n_triangles, to close holes */
+    uint32_t n_again;          /* reference points taken with a wider radius */
+    uint32_t peak_rings;       /* unfinished points at a time, at most */
+    size_t peak_ring_len;      /* bytes of their rings, at most */
+    double spacing;            /* median distance of neighbours, input's unit */
 };
 
 /* Takes a triangle, as numbers of the input's points, to the left around it seen from outside.

@@ -227,8 +227,8 @@ static void expect_star(const struct dx_delaunay_run *run, struct dx_star_site *
             const double cross = (double)dx_flat_cross(at[a], at[b]);
             double diameter;
 
-            if (cross <= 0 || labs(at[a].x) > most || labs(at[a].y) > most ||
-                labs(at[b].x) > most || labs(at[b].y) > most)
+            if (cross <= 0 || abs(at[a].x) > most || abs(at[a].y) > most || abs(at[b].x) > most ||
+                abs(at[b].y) > most)
                 continue;
             diameter = sqrt((double)dx_flat_dot(at[a], at[a])) *
                        sqrt((double)dx_flat_dot(at[b], at[b])) * sqrt((double)dx_flat_dot(c, c)) /
