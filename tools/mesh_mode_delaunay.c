@@ -191,7 +191,7 @@ const struct dx_mesh_mode dx_mesh_mode_delaunay = {
     .help = help,
     .options = options,
     .config_len = sizeof(struct config),
-    .point_len = 160, /* neighbours, normals, stars */
+    .point_len = 352, /* normals, stars, 64 neighbours: where there is noise */
     .defaults = defaults,
     .run = run,
 };

@@ -53,7 +53,7 @@ uint32_t dx_ring_n_chains(const struct dx_rings *r, uint32_t ring);
 
 static inline const uint32_t *dx_ring_list(const struct dx_rings *r, uint32_t ring)
 {
-    return r->words + ring + 1;
+    return ring ? r->words + ring + 1 : NULL;
 }
 
 #endif
