@@ -57,7 +57,7 @@ static void set_recorded(struct dx_stream_config *stream)
         dx_playlist_new(&list, stream->source.file.path, NULL, NULL) != 0)
         return;
     text = dx_playlist_config(list, &len);
-    if (dx_config_parse(&recorded, DX_RECORDING_CONFIG, text, len, NULL) == 0) {
+    if (dx_config_parse(&recorded, DX_RECORDING_CONFIG_NAME, text, len, NULL) == 0) {
         stream->mesh = recorded.streams[0].mesh;
         stream->commit_ms = recorded.streams[0].commit_ms;
         dx_config_fini(&recorded);

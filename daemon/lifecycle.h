@@ -36,7 +36,7 @@ enum dx_life_event {
 };
 
 enum dx_life_step {
-    DX_LIFE_OPEN, /* open it, and say OPENED, NOT_THERE or FAILED */
+    DX_LIFE_OPEN, /* open it, and call dx_life_opened(), or say NOT_THERE or FAILED */
     DX_LIFE_READ, /* read, and say BLOCK, QUIET, WENT or FAILED */
     DX_LIFE_WAIT, /* it is closed; until due_ns, or a poke */
 };

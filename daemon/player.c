@@ -64,7 +64,7 @@ static int open_decoder(struct dx_device *dev, struct dx_err *err)
 {
     size_t len;
     const char *text = dx_playlist_config(dev->list, &len);
-    int rc = dx_config_parse(&dev->recorded, DX_RECORDING_CONFIG, text, len, err);
+    int rc = dx_config_parse(&dev->recorded, DX_RECORDING_CONFIG_NAME, text, len, err);
 
     if (rc == 0 && dev->recorded.n_streams != 1)
         rc = dx_err_set(err, -EBADMSG, "%s of %u streams, expected one", DX_RECORDING_CONFIG,

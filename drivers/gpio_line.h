@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 enum dx_gpio_bias {
     DX_GPIO_AS_IS = 0,
@@ -26,10 +27,10 @@ enum dx_gpio_edges {
  * (encoder-a). NULL: it can be one; else why not. An empty text is no line. */
 const char *dx_gpio_where_check(const char *where);
 
-/* Is there a line at all? */
+/* Is there a line at all? A configuration says "none" where there is not. */
 static inline bool dx_gpio_where_given(const char *where)
 {
-    return where && *where;
+    return where && *where && strcmp(where, "none");
 }
 
 #endif

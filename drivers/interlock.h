@@ -5,8 +5,7 @@
  * docs/drivers/gpio.md.
  *
  * While it is open the driver has the scanner switch its laser off, read() gives AGAIN, and
- * health() has the text as its trouble. When `n_openings` has grown though it is closed, it was
- * open in between: what is half assembled is void.
+ * health() has the text as its trouble.
  */
 #ifndef DX_INTERLOCK_H
 #define DX_INTERLOCK_H

@@ -96,7 +96,7 @@ static int open_decoder(struct dx_device *dev, struct dx_err *err)
 {
     size_t len;
     const char *text = dx_playlist_config(dev->list, &len);
-    int rc = dx_config_parse(&dev->config, DX_RECORDING_CONFIG, text, len, err);
+    int rc = dx_config_parse(&dev->config, DX_RECORDING_CONFIG_NAME, text, len, err);
 
     if (rc)
         return rc;

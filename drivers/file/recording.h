@@ -12,6 +12,7 @@
 #define DX_RECORDING_ENCODING      "x-dexel-raw"
 #define DX_RECORDING_CHANNEL       1
 #define DX_RECORDING_CONFIG        "dexeld.yaml" /* attachment: the stream's configuration */
+#define DX_RECORDING_CONFIG_NAME   "dexeld.yaml of the recording" /* in errors about it */
 #define DX_RECORDING_CONFIG_TYPE   "application/yaml"
 #define DX_RECORDING_GEOMETRY      "geometry" /* attachment: in force from its log time on */
 #define DX_RECORDING_GEOMETRY_TYPE "application/x-dexel-geometry"

@@ -362,6 +362,8 @@ static uint64_t hokuyo_silence_ns(const struct dx_device *dev)
 {
     const struct dx_scip_session *s = &dev->session;
 
+    if (s->suspended) /* it has said so, and the session waits that long before it begins anew */
+        return DX_SCIP_MAX_SUSPENSION + SILENCE_NS;
     if (s->state != DX_SCIP_STREAM || s->n_since_start == 0)
         return SILENCE_NS;
     return (uint64_t)(16 * dx_scip_period_ns(&s->params) * (s->request.skip + 1));

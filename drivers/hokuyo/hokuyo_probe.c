@@ -19,11 +19,12 @@ static bool take(void *ctx, const struct dx_udev_device *d)
     const struct probe *p = ctx;
     struct dx_device_found found = {
         .name = "Hokuyo line scanner", .node = d->node, .serial = "", .place = d->place};
-    char yaml[64];
+    char yaml[128];
 
     if (d->vendor != VENDOR || d->product != PRODUCT)
         return true;
-    snprintf(yaml, sizeof(yaml), "port: \"%s\"\nstage: {rpm: 1}\n", d->port);
+    snprintf(yaml, sizeof(yaml),
+             "port: \"%s\"\n#stage: {rpm: 30} # or its encoder: see dexeld.yaml(5)\n", d->port);
     found.yaml = yaml;
     found.access = dx_udev_access(d->node);
     p->found(p->ctx, &found);

@@ -14,7 +14,6 @@
 #define MAX_BACKOFF_S  30
 #define CALM_NS        (60 * DX_SCIP_S) /* of streaming: a fault after that is a first one again */
 #define SILENT_LIMIT   2
-#define MAX_SUSPENSION (30 * DX_SCIP_S)
 
 int dx_scip_session_init(struct dx_scip_session *s, const struct dx_scip_want *want,
                          size_t headroom, uint64_t now_ns)
@@ -428,8 +427,8 @@ static void watch(struct dx_scip_session *s, uint64_t now_ns)
 {
     uint64_t quiet = now_ns - s->life_ns, limit = 4 * dx_scip_quiet_ns(s);
 
-    if (s->suspended && limit < MAX_SUSPENSION)
-        limit = MAX_SUSPENSION;
+    if (s->suspended && limit < DX_SCIP_MAX_SUSPENSION)
+        limit = DX_SCIP_MAX_SUSPENSION;
     if (quiet >= limit) {
         set_trouble(s, "no scan for %.3g s: stream restarted", (double)quiet / 1e9);
         restart(s, now_ns);

@@ -67,6 +67,9 @@ struct dx_scip_scan {
     bool unsure;         /* host_ns is: the clock was reset, and no time samples since */
 };
 
+/* The longest that a scanner may verify an abnormality, without a scan (statuses 21 to 49). */
+#define DX_SCIP_MAX_SUSPENSION 30000000000ull
+
 struct dx_scip_session {
     struct dx_scip_want want;
     enum dx_scip_state state;

@@ -24,7 +24,7 @@
 #include <unistd.h>
 
 /* In drivers/NAME/NAME.h, with a member in the union of daemon/config.h and a row for each key in
- * daemon/config_table.c. Constant while the service runs. */
+ * daemon/config_rows_NAME.h. Constant while the service runs. */
 struct dx_template_config {
     const char *node;
 };

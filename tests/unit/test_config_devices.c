@@ -101,13 +101,15 @@ static void test_lines(void **state)
 {
     static const struct bad bad[] = {
         {TURNED "{interlock: {}}\n",
-         "t.yaml:4:23: streams[0].gpio.interlock: found no line, expected one"},
+         "t.yaml:4:23: streams[0].gpio.interlock: found no line, expected one, or none"},
+        {TURNED "{interlock: {line: ''}}\n", /* a template whose variable was not set */
+         "t.yaml:4:23: streams[0].gpio.interlock: found no line, expected one, or none"},
         {TURNED "{interlock: {rearm_ms: 5}}\n",
-         "t.yaml:4:23: streams[0].gpio.interlock: found no line, expected one"},
+         "t.yaml:4:23: streams[0].gpio.interlock: found no line, expected one, or none"},
         {TURNED "{led: {line: x}, trigger_in: {edge: falling}}\n",
-         "t.yaml:4:40: streams[0].gpio.trigger_in: found no line, expected one"},
+         "t.yaml:4:40: streams[0].gpio.trigger_in: found no line, expected one, or none"},
         {HOKUYO ", encoder: {}}}\n",
-         "t.yaml:3:39: streams[0].hokuyo.stage.encoder: found no a, expected one"},
+         "t.yaml:3:39: streams[0].hokuyo.stage.encoder: found no a, expected one, or none"},
         {HOKUYO ", encoder: {a: x, b: x}}}\n",
          "t.yaml:3:13: streams[0].hokuyo: an encoder has a line for each of a, b and z"},
         {HOKUYO ", encoder: {a: x, b: y, z: y}}}\n",
@@ -119,7 +121,7 @@ static void test_lines(void **state)
     (void)state;
     BAD_ALL(bad);
     good(TURNED "{}\n");
-    good(TURNED "{interlock: {line: ''}}\n"); /* as the configuration is printed */
+    good(TURNED "{interlock: {line: none}}\n"); /* as the configuration is printed */
     good(HOKUYO ", encoder: {a: x, b: y, z: z}}}\n    gpio: {interlock: {line: i}}\n");
 }
 
