@@ -9,11 +9,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#define ECHO_LEN       13 /* of a stream's command: without the count */
-#define BAD_A_SECOND   8
-#define MAX_BACKOFF_S  30
-#define CALM_NS        (60 * DX_SCIP_S) /* of streaming: a fault after that is a first one again */
-#define SILENT_LIMIT   2
+#define ECHO_LEN      13 /* of a stream's command: without the count */
+#define BAD_A_SECOND  8
+#define MAX_BACKOFF_S 30
+#define CALM_NS       (60 * DX_SCIP_S) /* of streaming: a fault after that is a first one again */
+#define SILENT_LIMIT  2
 
 int dx_scip_session_init(struct dx_scip_session *s, const struct dx_scip_want *want,
                          size_t headroom, uint64_t now_ns)
