@@ -377,9 +377,11 @@ static void take_block(struct dx_reader_device *d, struct dx_block *block, uint6
 
 static void take_silence(struct dx_reader_device *d, uint64_t now)
 {
-    struct dx_life next = d->life;
+    struct dx_life next;
     char held[96];
 
+    dx_life_expect(&d->life, d->driver->silence_ns(d->device)); /* it may have told why */
+    next = d->life;
     if (dx_reader_rig_holds(d->rig, now, held) && d->life.state == DX_LIFE_STALLED)
         return; /* it is not to be opened anew for that */
     dx_life_tell(&next, DX_LIFE_QUIET, now);

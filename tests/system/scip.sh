@@ -94,10 +94,11 @@ stop_sim
 
 # ---- troubles that the scanner tells, each over after a while
 config "tty: $run/tty" 'rpm: 60' '' >"$run/trouble.yaml"
-start_sim --pty "$run/tty" --rpm 60 --suspend 20,60
+start_sim --pty "$run/tty" --rpm 60 --suspend 20,240 # six seconds: longer than a silent device is waited for
 start_dexeld -c "$run/trouble.yaml"
 await '"trouble":"measurement suspended by the scanner: status 21"'
 await '"state":"streaming".*"trouble":""'
+status | grep -q '"opens":1' || wrong "a scanner that says that it pauses is no fault: $(status)"
 stop_dexeld
 stop_sim
 start_sim --pty "$run/tty" --rpm 60 --fault 20
