@@ -160,13 +160,24 @@ static int read_source(struct dx_point_list *list, const struct dx_cloud_source 
     return rc;
 }
 
+static bool is_empty(const char *path)
+{
+    struct stat st;
+
+    return stat(path, &st) == 0 && st.st_size == 0;
+}
+
 int dx_cloud_read(struct dx_point_list *list, const struct dx_cloud_source *source,
                   struct dx_err *err)
 {
     int rc;
 
-    if (!dx_cloud_source_has_frames(source->path))
-        return dx_point_list_read(list, source->path, err);
+    if (!dx_cloud_source_has_frames(source->path)) {
+        rc = dx_point_list_read(list, source->path, err);
+        return rc == 0 && list->n == 0 && !is_empty(source->path)
+                   ? dx_err_set(err, -ENODATA, "%s: found no point", source->path)
+                   : rc;
+    }
     list->n = 0;
     *err = (struct dx_err){0};
     rc = read_source(list, source, err);

@@ -105,8 +105,13 @@ static int set_option(void *ctx, int opt, const char *name, const char *text)
     case OPT_ASCII:
         a->ascii = true;
         break;
-    default:
+    case OPT_NORMALS:
         break;
+    case 'o':
+        a->out = text;
+        break;
+    default:
+        return -EINVAL; /* getopt has said what it did not know */
     }
     return rc < 0 ? rc : 0;
 }
@@ -121,12 +126,14 @@ static int parse(struct args *a, int argc, char **argv)
     rc = dx_arg_options(argc, argv, options, OPT_HELP, help, set_option, a);
     if (rc != 0)
         return rc;
-    if (argc - optind != 2) {
-        fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n", argc - optind);
+    if (argc - optind != (a->out ? 1 : 2)) {
+        fprintf(stderr, "dexel convert: found %d arguments, expected IN and OUT\n",
+                argc - optind + (a->out ? 1 : 0));
         return -EINVAL;
     }
     a->source.path = argv[optind];
-    a->out = argv[optind + 1];
+    if (!a->out)
+        a->out = argv[optind + 1];
     if (dx_out_points_check(a->out, &err) < 0) {
         fprintf(stderr, "dexel convert: %s\n", err.text);
         return -EINVAL;
@@ -200,6 +207,8 @@ static void tell(const struct args *a, const struct dx_cloud *c,
     fprintf(stderr, "%s: %u points", a->source.path, c->n);
     if (c->n_not_finite)
         fprintf(stderr, ", %u not finite", c->n_not_finite);
+    if (c->n_strays)
+        fprintf(stderr, ", %u too far from the others", c->n_strays);
     if (c->n_duplicates)
         fprintf(stderr, ", %u duplicates", c->n_duplicates);
     fprintf(stderr, "; spacing %.3g; fit %u; %u part%s", dx_cloud_spacing(c) * c->step,

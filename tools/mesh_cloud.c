@@ -102,6 +102,8 @@ static void tell_cloud(const struct dx_mesh_job *job)
     fprintf(stderr, "%s: %u points", job->path, c->n);
     if (c->n_not_finite)
         fprintf(stderr, ", %u not finite", c->n_not_finite);
+    if (c->n_strays)
+        fprintf(stderr, ", %u too far from the others", c->n_strays);
     if (c->n_duplicates)
         fprintf(stderr, ", %u duplicates", c->n_duplicates);
     fprintf(stderr, "; spacing %.3g, noise %.3g\n", job->spacing, job->noise);
@@ -127,6 +129,7 @@ static int print_stats(const struct dx_mesh *mesh, const struct dx_mesh_job *job
     }
     j = dx_stats_json(&stats);
     json_object_update(j, about);
+    json_object_set_new(j, "strays", json_integer(job->cloud->n_strays));
     json_object_set_new(j, "read_cpu_seconds", json_real(t->read_cpu_s));
     json_object_set_new(j, "load_cpu_seconds", json_real(t->load_cpu_s));
     json_object_set_new(j, "mesh_cpu_seconds", json_real(t->mesh_cpu_s));
@@ -165,11 +168,19 @@ static int finish(const struct dx_mesh_cloud_args *a, const struct dx_mesh_job *
     if (rc < 0)
         return dx_err_set(err, rc, "%s: the mesh of %u points: %s", a->source.path, job->cloud->n,
                           strerror(-rc));
-    if (mesh.n_vertices == 0)
-        fprintf(stderr, "dexel mesh: %s: no triangle: no three points make one\n", a->source.path);
+    if (mesh.n_triangles == 0 && mesh.n_vertices == 0)
+        fprintf(stderr, "%s: no triangle\n", a->source.path);
+    else if (mesh.n_triangles)
+        fprintf(stderr, "%s: %u triangles of %u vertices\n", a->source.path, mesh.n_triangles,
+                mesh.n_vertices);
     rc = dx_mesh_repair_run(&mesh, &counts, &a->repair, a->source.path, err);
     if (rc == 0 && a->repair.asked)
         json_object_set_new(job->stats, "repair", dx_mesh_repair_json(&counts));
+    if (rc == 0 && a->out && write.world && dx_mesh_writer_for(a->out, err) == &dx_mesh_writer_stl)
+        rc = dx_err_set(err, -EINVAL,
+                        "%s: STL has floats, which do not tell these points apart: expected .ply "
+                        "or .obj",
+                        a->out);
     if (rc == 0 && a->out)
         rc = dx_out_mesh(a->out, &mesh, &write, err);
     if (rc == 0 && a->stats && print_stats(&mesh, job, t) < 0)

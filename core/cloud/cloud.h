@@ -22,6 +22,7 @@
 struct dx_cloud {
     uint32_t n; /* points that are left, ranks 0 to n - 1 */
     uint32_t n_not_finite, n_duplicates;
+    uint32_t n_strays; /* left out: so far that the lattice would not tell the others apart */
     /* Of the input, in this order: rows, columns and depth; a cyclic one, so that a cross product
      * of lattice vectors is one of the input's. Depth is where the cloud extends least. */
     int axis[3];
@@ -42,10 +43,10 @@ struct dx_near {
 };
 
 /*
- * From xyz[n][3]. Points that are not finite, and all but the first of those that fall on one
- * lattice point, are left out and counted; that leaves none of an empty cloud, which is no error.
- * Errors: -EFBIG (too many points), -ERANGE (a coordinate beyond DX_CLOUD_MAX_ABS), -ENOMEM; then
- * *c is zeroed.
+ * From xyz[n][3]. Points that are not finite, a few that are too far from the others, and all but
+ * the first of those that fall on one lattice point, are left out and counted; that leaves none of
+ * an empty cloud, which is no error. Errors: -EFBIG (too many points), -ERANGE (a coordinate beyond
+ * DX_CLOUD_MAX_ABS), -ENOMEM; then *c is zeroed.
  */
 int dx_cloud_init(struct dx_cloud *c, const double *xyz, size_t n, struct dx_pool *pool,
                   struct dx_err *err);

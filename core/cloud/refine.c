@@ -13,6 +13,7 @@
 #define NEAR      2.0 /* spacings around a middle */
 #define WIDEN     1.6
 #define MAX_TRIES 4
+#define SHORTEST  1.0 /* spacings: on shorter edges the points tell nothing more */
 #define MAX_MOVE  2.0 /* widths of Q that a new vertex moves at most */
 
 void dx_refine_defaults(struct dx_refine_config *config)
@@ -117,10 +118,13 @@ static void look_at(struct need *need, const struct job *j, uint32_t h)
     const double *nu = j->normal[dx_halfedge_from(&j->mesh->edges, h)];
     const double *nv = j->normal[j->mesh->edges.of[h].to];
     const double limit = MAX_MOVE * j->scale->sw * j->scale->spacing;
+    const double shortest = SHORTEST * j->scale->spacing;
     struct dx_cloud_smoothed q;
     double m[3], n[3], len, a;
 
     need->is_off = false;
+    if (dx_refine_len2(u, v) < shortest * shortest)
+        return;
     for (int k = 0; k < 3; k++) {
         m[k] = (u[k] + v[k]) / 2;
         n[k] = nu[k] + nv[k];

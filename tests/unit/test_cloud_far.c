@@ -135,10 +135,53 @@ static void a_stray_leaves_the_mesh_closed(void **state)
     }
 }
 
+/* So far that all others would be on one step of the lattice, or on a few; in several heaps. */
+static void those_too_far_are_left_out(void **state)
+{
+    static const double far[] = {1e8, 1e12, 1e100};
+    static double xyz[3 * N];
+
+    (void)state;
+    for (size_t k = 0; k < 3; k++) {
+        struct dx_cloud c;
+
+        draw(xyz, 1);
+        for (uint32_t i = 0; i < 3; i++) {
+            xyz[i] = far[k];
+            xyz[3 * (N / 2) + i] = -far[k] * 1e4;
+        }
+        assert_int_equal(dx_cloud_init(&c, xyz, N, NULL, NULL), 0);
+        assert_int_equal(c.n_strays, 2);
+        assert_int_equal(c.n, N - 2);
+        assert_int_equal(c.n_duplicates, 0);
+        assert_true(c.step < 1e-8);
+        for (uint32_t r = 0; r < c.n; r++)
+            assert_true(c.index[r] != 0 && c.index[r] != N / 2);
+        dx_cloud_fini(&c);
+    }
+}
+
+/* No point is a stray of what is all in one place. */
+static void equal_points_are_duplicates(void **state)
+{
+    static double xyz[3 * N];
+    struct dx_cloud c;
+
+    (void)state;
+    for (uint32_t k = 0; k < 3 * N; k++)
+        xyz[k] = k % 3;
+    assert_int_equal(dx_cloud_init(&c, xyz, N, NULL, NULL), 0);
+    assert_int_equal(c.n_duplicates, N - 1);
+    assert_int_equal(c.n_strays, 0);
+    dx_cloud_fini(&c);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dexels_stay_small),
+        cmocka_unit_test(those_too_far_are_left_out),
+        cmocka_unit_test(equal_points_are_duplicates),
         cmocka_unit_test(neighbours_are_those_of_brute_force),
         cmocka_unit_test(the_bulk_leaves_strays_out),
         cmocka_unit_test(a_stray_leaves_the_mesh_closed),
