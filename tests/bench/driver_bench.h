@@ -100,6 +100,11 @@ static void driver_bench_print(struct driver_bench *b, double cpu_s, double seco
     struct dx_reader_device_status s;
 
     dx_reader_device_status(dx_stream_reader_attached(b->reader), &s);
+    if (b->n == 0) { /* it never streamed: what it lacked stands there */
+        printf("| %s | %.0f | 0 | %s | | | | | |\n", b->name, b->hz,
+               s.reason[0] ? s.reason : "no frame came");
+        return;
+    }
     qsort(b->latency_us, b->n, sizeof(b->latency_us[0]), dx_bench_by_value);
     printf("| %s | %.0f | %u | %llu | %.2f | %.0f | %.0f | %.0f | %.0f |\n", b->name, b->hz, b->n,
            (unsigned long long)(s.health.n_lost + s.health.n_damaged), 100 * cpu_s / seconds,

@@ -130,14 +130,12 @@ static void kernel_draw(uint8_t *bytes, uint32_t n)
 
 static int kernel_dequeue(struct v4l2_buffer *b, struct v4l2_plane *plane)
 {
-    enum kernel_step step = kernel.script[kernel.at];
+    enum kernel_step step = kernel.frame_ns ? STEP_FRAME : kernel.script[kernel.at];
     uint32_t used = kernel_len();
 
-    if (kernel.frame_ns)
-        step = STEP_FRAME;
-    else if (step == STEP_NONE)
+    if (step == STEP_NONE)
         return EAGAIN;
-    if (step < STEP_LOST || step == STEP_OTHER)
+    if (!kernel.frame_ns && (step < STEP_LOST || step == STEP_OTHER))
         kernel.at++;
     switch (step) {
     case STEP_FRAME:
