@@ -3,8 +3,7 @@
 
 #include "core/cloud/cloud_normals.h"
 #include "core/cloud/spacing.h"
-#include "tools/args.h"
-#include "tools/cloud_read.h"
+#include "tools/cloud_args.h"
 #include "tools/out_points.h"
 
 #include <errno.h>
@@ -64,16 +63,6 @@ bool dx_convert_normals_asked(int argc, char **argv)
     return false;
 }
 
-static int set_viewpoint(struct args *a, const struct dx_arg *arg)
-{
-    const int n = dx_arg_triple(a->viewpoint, arg, -1e12, 1e12, "coordinates");
-
-    if (n >= 0 && n != 3)
-        return dx_arg_bad(arg, "three coordinates with commas between");
-    a->normals.viewpoint = a->viewpoint;
-    return n < 0 ? n : 0;
-}
-
 static int set_option(void *ctx, int opt, const char *name, const char *text)
 {
     const struct dx_arg arg = {"dexel convert", name, text};
@@ -87,13 +76,11 @@ static int set_option(void *ctx, int opt, const char *name, const char *text)
         a->normals.k = (uint32_t)n;
         break;
     case OPT_VIEWPOINT:
-        rc = set_viewpoint(a, &arg);
+        rc = dx_cloud_arg_viewpoint(a->viewpoint, &arg);
+        a->normals.viewpoint = a->viewpoint;
         break;
     case OPT_FRAME:
-        if (strcmp(text, "all") == 0)
-            a->source.frame = DX_CLOUD_READ_ALL;
-        else
-            rc = dx_arg_u64(&a->source.frame, &arg, 0, 1000000000, "all, or a frame's number");
+        rc = dx_cloud_arg_frame(&a->source, &arg);
         break;
     case OPT_TOPIC:
         a->source.topic = text;
@@ -138,15 +125,7 @@ static int parse(struct args *a, int argc, char **argv)
         fprintf(stderr, "dexel convert: %s\n", err.text);
         return -EINVAL;
     }
-    if ((a->source.frame != DX_CLOUD_READ_LAST || a->source.topic) &&
-        !dx_cloud_source_has_frames(a->source.path)) {
-        fprintf(stderr,
-                "dexel convert: --%s: found the file '%s', expected a recording, MCAP, a folder or "
-                "a glob\n",
-                a->source.topic ? "topic" : "frame", a->source.path);
-        return -EINVAL;
-    }
-    return 0;
+    return dx_cloud_arg_check(&a->source, "dexel convert");
 }
 
 /* ---- the run -------------------------------------------------------------------------------- */

@@ -2,8 +2,7 @@
 #include "tools/convert_smooth.h"
 
 #include "core/cloud/smooth_stages.h"
-#include "tools/args.h"
-#include "tools/cloud_read.h"
+#include "tools/cloud_args.h"
 #include "tools/out_points.h"
 
 #include <errno.h>
@@ -23,6 +22,7 @@ static const char help[] =
     "noise)\n"
     "  --thin N            one point for each cluster of at most N, 1 to 1e6 (all points)\n"
     "  --frame N|all       of recordings, MCAP, folders and globs: which frame, from 0 (the last)\n"
+    "  --topic TOPIC       of the clouds in an MCAP file (the only one)\n"
     "  --viewpoint X,Y,Z   where the points were seen from: normals face it (the outside)\n"
     "  --threads N         (one a processor)\n"
     "  --ascii             PLY and PCD as text\n";
@@ -35,6 +35,7 @@ enum {
     OPT_SR,
     OPT_THIN,
     OPT_FRAME,
+    OPT_TOPIC,
     OPT_VIEWPOINT,
     OPT_THREADS,
     OPT_ASCII,
@@ -49,6 +50,7 @@ static const struct option options[] = {
     {"sr", required_argument, NULL, OPT_SR},
     {"thin", required_argument, NULL, OPT_THIN},
     {"frame", required_argument, NULL, OPT_FRAME},
+    {"topic", required_argument, NULL, OPT_TOPIC},
     {"viewpoint", required_argument, NULL, OPT_VIEWPOINT},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"ascii", no_argument, NULL, OPT_ASCII},
@@ -83,16 +85,6 @@ static int set_choice(struct args *a, const struct dx_arg *arg)
     return k < 0 ? k : 0;
 }
 
-static int set_viewpoint(struct args *a, const struct dx_arg *arg)
-{
-    const int n = dx_arg_triple(a->viewpoint, arg, -1e12, 1e12, "coordinates");
-
-    if (n >= 0 && n != 3)
-        return dx_arg_bad(arg, "three coordinates with commas between");
-    a->has_viewpoint = true;
-    return n < 0 ? n : 0;
-}
-
 static int set_option(void *args, int opt, const char *name, const char *text)
 {
     struct args *a = args;
@@ -115,13 +107,13 @@ static int set_option(void *args, int opt, const char *name, const char *text)
     case OPT_THIN:
         return dx_arg_u64(&a->max_points, &arg, 1, 1000000, "points");
     case OPT_FRAME:
-        if (strcmp(text, "all") == 0)
-            a->source.frame = DX_CLOUD_READ_ALL;
-        else
-            return dx_arg_u64(&a->source.frame, &arg, 0, 1000000000, "all, or a frame's number");
+        return dx_cloud_arg_frame(&a->source, &arg);
+    case OPT_TOPIC:
+        a->source.topic = text;
         return 0;
     case OPT_VIEWPOINT:
-        return set_viewpoint(a, &arg);
+        a->has_viewpoint = true;
+        return dx_cloud_arg_viewpoint(a->viewpoint, &arg);
     case OPT_THREADS:
         return dx_arg_u64(&a->n_threads, &arg, 1, 64, "threads");
     case OPT_ASCII:
@@ -153,7 +145,7 @@ static int parse(struct args *a, int argc, char **argv)
         fprintf(stderr, "dexel convert: %s\n", err.text);
         return -EINVAL;
     }
-    return 0;
+    return dx_cloud_arg_check(&a->source, "dexel convert");
 }
 
 /* ---- the run -------------------------------------------------------------------------------- */

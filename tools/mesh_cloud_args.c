@@ -1,7 +1,6 @@
 /* The options that all modes share, and the rows of the one that runs. */
-#include "tools/args.h"
+#include "tools/cloud_args.h"
 #include "tools/mesh_cloud.h"
-#include "tools/source.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -99,27 +98,6 @@ static int set_row(void *config, const struct dx_mesh_option *row, const char *t
     return -EINVAL;
 }
 
-static int set_viewpoint(struct dx_mesh_cloud_args *a, const char *text)
-{
-    const struct dx_arg arg = {"dexel mesh", "--viewpoint", text};
-    const int n = dx_arg_triple(a->viewpoint, &arg, -1e12, 1e12, "coordinates");
-
-    if (n >= 0 && n != 3)
-        return dx_arg_bad(&arg, "three coordinates with commas between");
-    a->has_viewpoint = true;
-    return n < 0 ? n : 0;
-}
-
-static int set_frame(struct dx_mesh_cloud_args *a, const char *text)
-{
-    if (strcmp(text, "all") == 0) {
-        a->source.frame = DX_CLOUD_READ_ALL;
-        return 0;
-    }
-    return dx_arg_u64(&a->source.frame, &(struct dx_arg){"dexel mesh", "--frame", text}, 0,
-                      1000000000, "all, or a frame's number");
-}
-
 static int set_common(struct dx_mesh_cloud_args *a, int opt, const char *text)
 {
     uint64_t n = 0;
@@ -133,13 +111,15 @@ static int set_common(struct dx_mesh_cloud_args *a, int opt, const char *text)
         rc = dx_arg_choice(&(struct dx_arg){"dexel mesh", "--mode", text}, dx_mesh_mode_names());
         break;
     case OPT_FRAME:
-        rc = set_frame(a, text);
+        rc = dx_cloud_arg_frame(&a->source, &(struct dx_arg){"dexel mesh", "--frame", text});
         break;
     case OPT_TOPIC:
         a->source.topic = text;
         break;
     case OPT_VIEWPOINT:
-        rc = set_viewpoint(a, text);
+        rc = dx_cloud_arg_viewpoint(a->viewpoint,
+                                    &(struct dx_arg){"dexel mesh", "--viewpoint", text});
+        a->has_viewpoint = true;
         break;
     case OPT_THREADS:
         rc = dx_arg_u64(&n, &(struct dx_arg){"dexel mesh", "--threads", text}, 1, 64, "threads");
@@ -176,23 +156,6 @@ static int print_help(const struct dx_mesh_mode *mode)
     return DX_ARG_E_HELP;
 }
 
-/* Which frame can be told of what has frames alone, and MCAP alone has topics. */
-static int check_source(const struct dx_cloud_source *source)
-{
-    const struct dx_file_config config = {
-        .path = source->path, .topic = source->topic, .fit.seam = -1};
-
-    if (dx_cloud_source_has_frames(source->path))
-        return dx_source_check(&config, "dexel mesh");
-    if (source->frame == DX_CLOUD_READ_LAST && !source->topic)
-        return 0;
-    fprintf(stderr,
-            "dexel mesh: %s: found the file '%s', expected a recording, MCAP, a folder or a "
-            "glob\n",
-            source->topic ? "--topic" : "--frame", source->path);
-    return -EINVAL;
-}
-
 static int check(const struct dx_mesh_cloud_args *a)
 {
     struct dx_err err;
@@ -205,7 +168,7 @@ static int check(const struct dx_mesh_cloud_args *a)
         fprintf(stderr, "dexel mesh: %s\n", err.text);
         return -EINVAL;
     }
-    return check_source(&a->source);
+    return dx_cloud_arg_check(&a->source, "dexel mesh");
 }
 
 int dx_mesh_cloud_args_parse(struct dx_mesh_cloud_args *a, const struct dx_mesh_mode *mode,
