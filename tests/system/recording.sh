@@ -108,7 +108,7 @@ n=$(grep -o '"commits": [0-9]*' "$run/late.json" | grep -o '[0-9]*')
 same late 0 "$n" $((frames - n))
 
 # ---- refusals
-start_dexeld --replay "$one" --rate real --socket "$sock"
+start_dexeld --replay "$one" --rate real --wait 1 --socket "$sock"
 if replay seek never 2>"$run/err"; then wrong "seek never"; fi
 if "$dexel" record start --socket "$sock" 2>"$run/err"; then wrong "record of a replay without a path"; fi
 grep -q "stream 'replay' has no record.path" "$run/err" || wrong "$(cat "$run/err")"
