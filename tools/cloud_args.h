@@ -1,5 +1,5 @@
-/* What all commands that read unorganized points are asked alike: which frame, from where. Each says
- * on standard error what it refuses. */
+/* What all commands that read unorganized points are asked alike: which frame, from where. Each
+ * says on standard error what it refuses. */
 #ifndef DX_CLOUD_ARGS_H
 #define DX_CLOUD_ARGS_H
 
