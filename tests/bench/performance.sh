@@ -97,7 +97,7 @@ cat <<'TEXT'
 
 [clouds.md](clouds.md) tells what is computed.
 
-    make bench-clouds LARGE=1
+    make bench-clouds            # LARGE=1: up to ten million points
 
 TEXT
 LARGE=${LARGE:-} sh tests/bench/clouds.sh --markdown
@@ -105,7 +105,7 @@ cat <<'TEXT'
 
 ## Points without an order beside CGAL, PCL and Open3D
 
-    make bench-peers-clouds LARGE=1
+    make bench-peers-clouds      # LARGE=1: half a million as well
 
 TEXT
 LARGE=${LARGE:-} ROUNDS=${ROUNDS:-3} sh tests/peers/bench_peers_clouds.sh --markdown

@@ -9,6 +9,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+static inline struct dx_surface_points surface_points(const struct dx_surface_config *config)
+{
+    struct dx_surface_points p;
+
+    assert_int_equal(dx_surface_sample(&p, config), 0);
+    return p;
+}
+
 struct soup {
     uint32_t *v; /* [n][3] */
     size_t n, cap;
@@ -78,6 +86,38 @@ static inline struct soup_counts soup_count(const struct soup *s, uint32_t n_inp
     free(keys);
     free(used);
     return c;
+}
+
+static inline int soup_by_corners(const void *a, const void *b)
+{
+    const uint32_t *x = a, *y = b;
+    int k = 0;
+
+    while (k < 2 && x[k] == y[k])
+        k++;
+    return (x[k] > y[k]) - (x[k] < y[k]);
+}
+
+/* Each triangle from its lowest corner on, triangles by their corners. */
+static inline void soup_sort(struct soup *s)
+{
+    for (size_t t = 0; t < s->n; t++) {
+        uint32_t *v = s->v + 3 * t;
+
+        while (v[0] > v[1] || v[0] > v[2])
+            memcpy(v, (uint32_t[3]){v[1], v[2], v[0]}, 3 * sizeof(*v));
+    }
+    qsort(s->v, s->n, 3 * sizeof(*s->v), soup_by_corners);
+}
+
+/* Triangles of sorted a that sorted b has not. */
+static inline size_t soup_missing(const struct soup *a, const struct soup *b)
+{
+    size_t n = 0;
+
+    for (size_t t = 0; t < a->n; t++)
+        n += !bsearch(a->v + 3 * t, b->v, b->n, 3 * sizeof(*b->v), soup_by_corners);
+    return n;
 }
 
 /* Triangles into *soup, which is emptied first. */

@@ -14,11 +14,7 @@ static struct soup soup;
 static struct dx_surface_points sample(enum dx_surface surface, uint32_t n, double jitter,
                                        double noise)
 {
-    const struct dx_surface_config c = {surface, n, jitter, noise, 4, 7};
-    struct dx_surface_points p;
-
-    assert_int_equal(dx_surface_sample(&p, &c), 0);
-    return p;
+    return surface_points(&(struct dx_surface_config){surface, n, jitter, noise, 4, 7});
 }
 
 static struct dx_delaunay_config defaults(void)

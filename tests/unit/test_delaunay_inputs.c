@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <cmocka.h>
 
-#include "core/base/rng.h"
 #include "delaunay_fixture.h"
+#include "odd_clouds.h"
 
 #include <errno.h>
 #include <math.h>
@@ -27,11 +27,7 @@ static struct dx_delaunay_config defaults(void)
 static struct dx_surface_points sample(enum dx_surface surface, uint32_t n, double jitter,
                                        double gap)
 {
-    const struct dx_surface_config c = {surface, n, jitter, 0, gap, 3};
-    struct dx_surface_points p;
-
-    assert_int_equal(dx_surface_sample(&p, &c), 0);
-    return p;
+    return surface_points(&(struct dx_surface_config){surface, n, jitter, 0, gap, 3});
 }
 
 static void too_few_points_make_no_mesh(void **state)
@@ -63,25 +59,17 @@ static void three_points_make_a_triangle(void **state)
     assert_int_equal(soup_count(&soup, 3).n_boundary, 3);
 }
 
-/* All of a row on a line, all of a square on a circle, all in a plane; exact in the lattice. */
 static void a_plane_grid_is_filled(void **state)
 {
     const struct dx_delaunay_config config = defaults();
     const uint32_t side = 60;
-    double xyz[3 * 60 * 60];
 
     (void)state;
     for (int tilted = 0; tilted < 2; tilted++) {
+        double *xyz = odd_plane_grid(side, tilted);
         struct dx_delaunay_stats s;
         struct soup_counts c;
 
-        for (uint32_t k = 0; k < side * side; k++) {
-            const double x = k % side, y = k / side;
-
-            xyz[3 * k] = tilted ? 3 * x - 2 * y : x;
-            xyz[3 * k + 1] = tilted ? 2 * x + 3 * y : y;
-            xyz[3 * k + 2] = tilted ? 7 * x + 4 * y : 5;
-        }
         s = delaunay(&soup, xyz, side * side, &config, K, NULL);
         c = soup_count(&soup, side * side);
         assert_int_equal(c.n_points, side * side);
@@ -90,6 +78,7 @@ static void a_plane_grid_is_filled(void **state)
         assert_int_equal(soup.n, 2 * (side - 1) * (side - 1));
         if (!tilted) /* the lowest rank decides for all four of a square */
             assert_int_equal(s.n_by_votes[3], soup.n);
+        free(xyz);
     }
 }
 
@@ -108,6 +97,26 @@ static void place_and_size_do_not_matter(void **state)
         expect_closed(&soup, p.n, 2);
         free(p.xyz);
     }
+}
+
+/* The triangles are those of the points, not of the axes (invariant G3): but for near ties, which
+ * the lattice decides. */
+static void turning_it_changes_few_triangles(void **state)
+{
+    struct dx_surface_points p = sample(DX_SURFACE_BUMPY, 20000, 0.3, 0);
+    const struct dx_delaunay_config config = defaults();
+    struct soup moved = {NULL};
+
+    (void)state;
+    delaunay(&soup, p.xyz, p.n, &config, K, NULL);
+    odd_move(p.xyz, p.n);
+    delaunay(&moved, p.xyz, p.n, &config, K, NULL);
+    soup_sort(&soup);
+    soup_sort(&moved);
+    assert_int_equal(moved.n, soup.n);
+    assert_in_range(soup_missing(&soup, &moved), 0, 2);
+    free(moved.v);
+    free(p.xyz);
 }
 
 /* A double has steps of 1.2e-4 there, the spacing is 0.05. */
@@ -141,47 +150,32 @@ static void two_sheets_stay_apart_or_manifold(void **state)
     }
 }
 
-/* A sphere sampled 300 times denser at one pole than at the other. */
 static void density_may_change(void **state)
 {
     const struct dx_delaunay_config config = defaults();
     const uint32_t n = 20000;
-    double *xyz = malloc(3 * n * sizeof(*xyz));
+    double *xyz = odd_uneven_sphere(n);
 
     (void)state;
-    assert_non_null(xyz);
-    for (uint32_t k = 0; k < n; k++) {
-        const double share = (k + 0.5) / n, c = 1 - 2 * share * share * share;
-        const double s = sqrt(1 - c * c), a = 2.39996322972865332 * k;
-
-        xyz[3 * k] = s * cos(a);
-        xyz[3 * k + 1] = s * sin(a);
-        xyz[3 * k + 2] = c;
-    }
     delaunay(&soup, xyz, n, &config, K, NULL);
     assert_true(soup_count(&soup, n).n_points > n * 0.99);
     free(xyz);
 }
 
-/* All but one in a cluster that is a dexel wide; and points in a cube, which are no surface. */
 static void what_is_no_surface_ends(void **state)
 {
     const struct dx_delaunay_config config = defaults();
     const uint32_t n = 4000;
-    double *xyz = malloc(3 * n * sizeof(*xyz));
     struct dx_rng g = dx_rng_init(9, 0);
 
     (void)state;
-    assert_non_null(xyz);
     for (int clustered = 0; clustered < 2; clustered++) {
-        for (uint32_t k = 0; k < 3 * n; k++)
-            xyz[k] = dx_rng_unit(&g) * (clustered ? 1e-6 : 1);
-        if (clustered)
-            xyz[0] = xyz[1] = xyz[2] = 1000;
+        double *xyz = odd_volume(n, clustered, &g);
+
         delaunay(&soup, xyz, n, &config, K, NULL);
         soup_count(&soup, n);
+        free(xyz);
     }
-    free(xyz);
 }
 
 /* Points of a small grid, of a line and a few others, of sheets that cross, of clusters. */
@@ -363,6 +357,7 @@ int main(void)
         cmocka_unit_test(three_points_make_a_triangle),
         cmocka_unit_test(a_plane_grid_is_filled),
         cmocka_unit_test(place_and_size_do_not_matter),
+        cmocka_unit_test(turning_it_changes_few_triangles),
         cmocka_unit_test(far_away_the_lattice_is_coarse),
         cmocka_unit_test(two_sheets_stay_apart_or_manifold),
         cmocka_unit_test(density_may_change),
