@@ -14,8 +14,8 @@
 static const char help[] =
     "usage: dexel convert IN OUT [OPTIONS]\n"
     "       dexel convert --repair IN -o OUT\n"
-    "       dexel convert --normals IN OUT      (its options: --normals --help)\n"
-    "       dexel convert --smooth IN OUT    (unorganized points: --smooth --help)\n"
+    "       dexel convert --normals IN OUT    (unorganized points: --normals --help)\n"
+    "       dexel convert --smooth IN OUT     (unorganized points: --smooth --help)\n"
     "Converts scans (a file, or a directory or glob of files), recordings of dexeld and\n"
     "organized clouds in MCAP files of other programs, by way of the dexel array.\n"
     "With --repair: writes all that can be read of a damaged or cut recording (MCAP)\n"

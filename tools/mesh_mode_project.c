@@ -104,6 +104,9 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
     struct dx_project_stats stats;
     int rc;
 
+    if (p.has_seed && p.seed >= job->n_input)
+        return dx_err_set(err, -EINVAL, "--seed: found %u, expected less than %zu points", p.seed,
+                          job->n_input);
     dx_mesh_job_tell(job, "mu %g, alpha %g, choice %s, plane %s", p.mu, p.alpha_deg,
                      choices[c->choice], planes[c->plane]);
     job->mesh->expected = 2 * (size_t)job->cloud->n;

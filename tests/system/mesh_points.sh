@@ -106,6 +106,8 @@ expect 2 "$dexel" mesh --mode project sphere.xyz
 expect 2 "$dexel" mesh --mode project sphere.xyz --stats --mu 0
 says "--mu: found '0', expected distances from 1 to 100"
 expect 2 "$dexel" mesh --mode project sphere.xyz --stats --viewpoint 1,2
+expect 1 "$dexel" mesh --mode project sphere.xyz --stats --seed 2000
+says '--seed: found 2000, expected less than 2000 points'
 expect 2 "$dexel" mesh --mode project sphere.xyz --stats --sigma 1
 expect 0 "$dexel" mesh --mode project --help
 
