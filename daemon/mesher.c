@@ -27,7 +27,7 @@ struct dx_mesher {
     struct dx_terrain *terrain; /* NULL until there is a geometry */
     bool have_noise;            /* given, or a whole frame has been seen */
     uint64_t epoch;
-    uint64_t commit_ns;          /* when the last commit was made */
+    uint64_t commit_ns;          /* when the last commit was made, or a new grid begun */
     struct dx_msg_commit commit; /* what the array holds now */
     struct dx_passage passage;   /* of that, so far */
     bool has_mesh, uncommitted, unsent;
@@ -294,6 +294,7 @@ static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
         refuse(m, g, "no mesh: too small, or no memory");
     m->announced = false;
     m->has_mesh = m->uncommitted = m->unsent = false;
+    m->commit_ns = dx_clock_ns(); /* else its first part would be a commit of its own, or not */
     m->why_reset = m->epoch ? "the geometry changed" : "";
     dx_geometry_unref(m->geometry);
     m->geometry = mail->geometry;
