@@ -98,7 +98,7 @@ static void turning_it_changes_few_triangles(void **state)
 {
     struct dx_surface_points p = sample(DX_SURFACE_BUMPY, 20000, 0.3, 0);
     struct dx_project_config config = defaults();
-    struct soup moved = {NULL};
+    struct soup moved = {0};
 
     (void)state;
     config.has_seed = true;
