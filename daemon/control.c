@@ -8,10 +8,9 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
-#include "daemon/control_stream.h"
+#include "daemon/control_requests.h"
 #include "daemon/log.h"
 #include "daemon/server_priv.h"
-#include "daemon/status.h"
 
 #define MAX_CONNECTIONS 16
 #define MAX_LINE        1024
@@ -44,32 +43,6 @@ static void hang_up(struct connection *c)
     c->fd = -1;
 }
 
-static json_t *quit(struct dx_server *server)
-{
-    dx_log_info("control", "stopping: asked to quit");
-    dx_server_stop(server);
-    return json_object();
-}
-
-static json_t *reply_to(struct dx_server *server, const json_t *request)
-{
-    const char *what = json_string_value(json_object_get(request, "request"));
-
-    if (!what)
-        return json_pack("{s:s}", "error", "expected an object with a string \"request\"");
-    if (!strcmp(what, "status"))
-        return dx_status(server);
-    if (!strcmp(what, "record"))
-        return dx_control_record(server, request);
-    if (!strcmp(what, "replay"))
-        return dx_control_replay(server, request);
-    if (!strcmp(what, "quit"))
-        return quit(server);
-    return json_pack(
-        "{s:o}", "error",
-        json_sprintf("unknown request '%s', expected status, record, replay or quit", what));
-}
-
 /* The line that answers a request, with its newline; NULL: no memory. */
 static char *answer(struct dx_server *server, const char *line, size_t len)
 {
@@ -78,7 +51,7 @@ static char *answer(struct dx_server *server, const char *line, size_t len)
     char *text;
 
     if (request)
-        reply = reply_to(server, request);
+        reply = dx_control_answer(server, request);
     else
         reply = json_pack("{s:o}", "error", json_sprintf("not JSON: %s", where.text));
     json_decref(request);
