@@ -3,6 +3,7 @@
 
 #include "drivers/file/triangles.h"
 #include "tools/args.h"
+#include "tools/mesh_crossings.h"
 #include "tools/mesh_distance.h"
 #include "tools/mesh_topology.h"
 #include "tools/stats_json.h"
@@ -42,6 +43,7 @@ struct report {
     uint32_t degenerate; /* triangles of which two corners are the same; left out of the rest */
     struct dx_mesh_stats stats;
     struct dx_mesh_topology topology;
+    struct dx_mesh_crossings crossings;
     double min_deg, max_deg;
     uint32_t n_sharp;
     struct {
@@ -149,12 +151,12 @@ static int measure_distances(struct report *r, const struct dx_point_list *point
                              const struct dx_triangle_list *t, const char *path, struct dx_err *err)
 {
     struct dx_point_list from = {0};
-    struct dx_mesh_distance d = {0};
+    struct dx_triangle_tree d = {0};
     double sum2 = 0;
     int rc = dx_point_list_read(&from, path, err);
 
     if (rc == 0 && t->n) {
-        rc = dx_mesh_distance_init(&d, points->xyz, t->index, t->n);
+        rc = dx_triangle_tree_init(&d, points->xyz, t->index, t->n);
         if (rc < 0)
             dx_err_set(err, rc, "distances: %s", strerror(-rc));
     }
@@ -171,7 +173,7 @@ static int measure_distances(struct report *r, const struct dx_point_list *point
     }
     if (r->distance.n)
         r->distance.rms = sqrt(sum2 / (double)r->distance.n);
-    dx_mesh_distance_fini(&d);
+    dx_triangle_tree_fini(&d);
     dx_point_list_fini(&from);
     return rc;
 }
@@ -186,6 +188,8 @@ static int measure(struct report *r, const struct args *a, struct dx_err *err)
     if (rc == 0) {
         drop_degenerate(r, &triangles);
         rc = measure_topology(r, &points, &triangles);
+        if (rc == 0)
+            rc = dx_mesh_crossings_count(&r->crossings, points.xyz, triangles.index, triangles.n);
         if (rc < 0)
             dx_err_set(err, rc, "%s: %s", a->path, strerror(-rc));
     }
@@ -222,6 +226,7 @@ static int print_json(const struct report *r, bool distances)
     json_object_set_new(j, "oriented", json_boolean(r->stats.duplicate_directed_edges == 0));
     json_object_set_new(j, "boundary_loops", json_integer(r->topology.boundary_loops));
     json_object_set_new(j, "longest_loop", json_integer(r->topology.longest_loop));
+    json_object_set_new(j, "crossing_triangles", json_integer(r->crossings.n_triangles));
     json_object_set_new(j, "min_angle_deg", json_real(r->min_deg));
     json_object_set_new(j, "max_angle_deg", json_real(r->max_deg));
     json_object_set_new(j, "share_below_10_deg", json_real(share_sharp(r)));
@@ -249,6 +254,8 @@ static void print_text(const struct report *r, const struct args *a)
     printf("  boundary      %" PRIu64 " edges in %u loops, the longest of %u\n", s->boundary_edges,
            r->topology.boundary_loops, r->topology.longest_loop);
     printf("  components    %u; Euler characteristic %" PRId64 "\n", s->components, s->euler);
+    printf("  crossings     %u triangles go through others, in %" PRIu64 " pairs\n",
+           r->crossings.n_triangles, r->crossings.n_pairs);
     printf("  angles        %.3g to %.4g degrees; %.3g %% of the triangles have one below %d\n",
            r->min_deg, r->max_deg, 100 * share_sharp(r), SHARP_DEG);
     if (a->points)

@@ -13,12 +13,12 @@ CLOUDS=${CLOUDS:-random-bumpy:83034:0 random-bumpy:83034:0.4 random-bumpy:34817:
 [ -z "${LARGE:-}" ] || CLOUDS="$CLOUDS random-bumpy:500000:0 random-bumpy:500000:1:1"
 bunny=${DEXEL_DATA:-}/points/bunny.orig.m.gz
 markdown=
-line='%-24s %8.3f %8.3f %7.2f %8s %6s %9s %8s %7s %7s %8s %8s %6.2f %8s'
-head='%-24s %8s %8s %7s %8s %6s %9s %8s %7s %7s %8s %8s %6s %8s'
+line='%-24s %8.3f %8.3f %7.2f %8s %6s %9s %8s %7s %7s %8s %8s %8s %6.2f %8s'
+head='%-24s %8s %8s %7s %8s %6s %9s %8s %7s %7s %8s %8s %8s %6s %8s'
 if [ "${1:-}" = --markdown ]; then
   markdown=1
-  line='| %s | %.3f | %.3f | %.2f | %s | %s | %s | %s | %s | %s | %s | %s | %.2f | %s |'
-  head='| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |'
+  line='| %s | %.3f | %.3f | %.2f | %s | %s | %s | %s | %s | %s | %s | %s | %s | %.2f | %s |'
+  head='| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |'
 fi
 
 say() { echo "bench-peers-clouds: $*" >&2; }
@@ -92,10 +92,10 @@ row() { # LABEL WAY
     -v t="$(value triangles "$run/report")" -v b="$(value boundary_edges "$run/report")" \
     -v l="$(value boundary_loops "$run/report")" -v e="$(value nonmanifold_edges "$run/report")" \
     -v v="$(value nonmanifold_vertices "$run/report")" -v d="$(value duplicate_directed_edges "$run/report")" \
-    -v s="$(value share_below_10_deg "$run/report")" '
+    -v s="$(value share_below_10_deg "$run/report")" -v c="$(value crossing_triangles "$run/report")" '
     {x[NR] = $1}
     END {split(of, f, " ")
-      printf line "\n", label, x[1], x[int((NR + 1) / 2)], x[1] / ours, f[1], f[2], t, b, l, e, v, d, 100 * s, truth}'
+      printf line "\n", label, x[1], x[int((NR + 1) / 2)], x[1] / ours, f[1], f[2], t, b, l, e, v, d, c, 100 * s, truth}'
 }
 
 table() { # LABEL ROUNDS; the points are in $run/points.xyz
@@ -111,9 +111,9 @@ table() { # LABEL ROUNDS; the points are in $run/points.xyz
   printf '\n%s, %s points; %s; %s runs\n' "$1" "$(wc -l <"$run/points.xyz")" \
     "$(sed -n 's/.*; \(spacing [^;]*\).*/\1/p' "$run/project.log")" "$2"
   # shellcheck disable=SC2059 # a format of ours
-  printf "${markdown:+\n}$head\n" '' 'least s' median ratio normals MB triangles boundary loops edges+ bow-tie unlike '% <10' \
+  printf "${markdown:+\n}$head\n" '' 'least s' median ratio normals MB triangles boundary loops edges+ bow-tie unlike crossing '% <10' \
     truth
-  [ -z "$markdown" ] || echo '|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|'
+  [ -z "$markdown" ] || echo '|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|'
   for mode in $modes; do row "dexel $mode" "$mode"; done
   row "CGAL advancing front" cgal_front
   row "PCL gp3" pcl_greedy
@@ -141,7 +141,7 @@ cat <<'TEXT'
 ratio: of the least time to that of dexel project with one thread, loading (lattice, dexels) and meshing; normals: seconds
 before that, where a peer needs them; MB: peak of the process. boundary: edges of one triangle; loops: sets of them;
 edges+: edges of three triangles or more; bow-tie: vertices of several fans; unlike: times an edge runs twice in one
-direction, which is 0 where all triangles agree on their side; % <10: triangles with an angle below 10 degrees; truth: root
+direction, which is 0 where all triangles agree on their side; crossing: triangles that go through others; % <10: triangles with an angle below 10 degrees; truth: root
 mean square distance of points of the surface without noise from the mesh, in thousandths of the model's radius.
 TEXT
 echo "Load average $(load)."

@@ -5,6 +5,7 @@
 #include "core/base/hash.h"
 #include "core/cloud/project.h"
 #include "drivers/synth/surfaces.h"
+#include "tools/mesh_crossings.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -138,11 +139,23 @@ static inline struct dx_project_stats project(struct soup *soup, const double *x
     return stats;
 }
 
-/* A mesh without boundary of all points: T = 2 V - 2 chi. */
-static inline void expect_closed(const struct soup *soup, uint32_t n, int64_t euler)
+/* No triangle goes through another (invariant G2). */
+static inline void expect_no_crossing(const struct soup *soup, const double *xyz)
+{
+    struct dx_mesh_crossings c;
+
+    assert_int_equal(dx_mesh_crossings_count(&c, xyz, soup->v, soup->n), 0);
+    if (c.n_pairs)
+        fail_msg("%llu pairs of %zu triangles cross", (unsigned long long)c.n_pairs, soup->n);
+}
+
+/* A mesh without boundary of all points, which does not cross itself: T = 2 V - 2 chi (G3). */
+static inline void expect_closed(const struct soup *soup, const double *xyz, uint32_t n,
+                                 int64_t euler)
 {
     const struct soup_counts c = soup_count(soup, n);
 
+    expect_no_crossing(soup, xyz);
     if (c.n_boundary || c.n_points != n || c.euler != euler ||
         (int64_t)soup->n != 2 * n - 2 * euler)
         fail_msg("%zu triangles of %u of %u points, %llu boundary edges, characteristic %lld",

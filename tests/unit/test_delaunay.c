@@ -46,7 +46,7 @@ static void closed_surfaces_are_closed(void **state)
             struct dx_surface_points p = sample(cases[k].surface, cases[k].n, jitters[j], 0);
 
             delaunay(&soup, p.xyz, p.n, &config, K, NULL);
-            expect_closed(&soup, p.n, dx_surface_euler(cases[k].surface));
+            expect_closed(&soup, p.xyz, p.n, dx_surface_euler(cases[k].surface));
             free(p.xyz);
         }
 }
@@ -64,7 +64,7 @@ static void random_samples_are_closed(void **state)
         struct dx_surface_points p = sample(surfaces[k], 37974, 0, 0);
         struct dx_delaunay_stats s = delaunay(&soup, p.xyz, p.n, &config, K, NULL);
 
-        expect_closed(&soup, p.n, dx_surface_euler(surfaces[k]));
+        expect_closed(&soup, p.xyz, p.n, dx_surface_euler(surfaces[k]));
         assert_true(100 * s.n_by_votes[3] > 99 * soup.n);
         assert_in_range(s.n_widened, p.n / 10, p.n / 2);
         free(p.xyz);
@@ -155,7 +155,7 @@ static void the_papers_radius_makes_a_manifold(void **state)
         struct dx_surface_points p = sample(DX_SURFACE_BUMPY, 20021, jitters[j], 0);
 
         delaunay(&soup, p.xyz, p.n, &config, K, NULL);
-        expect_closed(&soup, p.n, 2);
+        expect_closed(&soup, p.xyz, p.n, 2);
         free(p.xyz);
     }
     struct dx_surface_points p = sample(DX_SURFACE_RANDOM_BUMPY, 20021, 0, 0);
@@ -192,7 +192,7 @@ static void large_holes_stay(void **state)
     n = cut_cap(&p, 5 * p.spacing);
     config.widest = 8;
     delaunay(&soup, p.xyz, n, &config, K, NULL);
-    expect_closed(&soup, n, 2);
+    expect_closed(&soup, p.xyz, n, 2);
     n = cut_cap(&p, 7.5 * p.spacing);
     config = defaults();
     delaunay(&soup, p.xyz, n, &config, K, NULL);

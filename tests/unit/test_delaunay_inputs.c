@@ -94,7 +94,7 @@ static void place_and_size_do_not_matter(void **state)
         for (uint32_t i = 0; i < 3 * p.n; i++)
             p.xyz[i] = p.xyz[i] * scale[k] + shift[k];
         delaunay(&soup, p.xyz, p.n, &config, K, NULL);
-        expect_closed(&soup, p.n, 2);
+        expect_closed(&soup, p.xyz, p.n, 2);
         free(p.xyz);
     }
 }
@@ -129,7 +129,7 @@ static void far_away_the_lattice_is_coarse(void **state)
     for (uint32_t i = 0; i < 3 * p.n; i++)
         p.xyz[i] = 1e12 + p.xyz[i];
     delaunay(&soup, p.xyz, p.n, &config, K, NULL);
-    expect_closed(&soup, p.n, 2);
+    expect_closed(&soup, p.xyz, p.n, 2);
     free(p.xyz);
 }
 
@@ -145,7 +145,7 @@ static void two_sheets_stay_apart_or_manifold(void **state)
         delaunay(&soup, p.xyz, p.n, &config, K, NULL);
         soup_count(&soup, p.n); /* manifold in any case */
         if (gaps[k] == 3)
-            expect_closed(&soup, p.n, 4);
+            expect_closed(&soup, p.xyz, p.n, 4);
         free(p.xyz);
     }
 }

@@ -1,5 +1,7 @@
-/* What a mesh is: fans and loops of meshes that are known, distances against the plain search. */
+/* What a mesh is: fans and loops of meshes that are known, where it goes through itself, distances
+ * against the plain search. */
 #include "core/base/rng.h"
+#include "tools/mesh_crossings.h"
 #include "tools/mesh_distance.h"
 #include "tools/mesh_topology.h"
 
@@ -101,9 +103,9 @@ static void tree_finds_the_nearest(void **state)
     for (size_t k = 0; k < 3 * MOST; k++)
         index[k] = (uint32_t)(N_VERTICES * dx_rng_unit(&rng));
     for (size_t n = 1; n <= MOST; n += n < 12 ? 1 : 97) {
-        struct dx_mesh_distance d;
+        struct dx_triangle_tree d;
 
-        assert_int_equal(dx_mesh_distance_init(&d, xyz, index, n), 0);
+        assert_int_equal(dx_triangle_tree_init(&d, xyz, index, n), 0);
         for (int i = 0; i < 200; i++) {
             const double scale = i % 4 ? 1.2 : 1000;
             double p[3], want = INFINITY;
@@ -116,17 +118,76 @@ static void tree_finds_the_nearest(void **state)
                                                         xyz + 3 * index[3 * t + 2]));
             assert_true(dx_mesh_distance_to(&d, p) == sqrt(want));
         }
-        dx_mesh_distance_fini(&d);
+        dx_triangle_tree_fini(&d);
     }
+}
+
+static void expect_crossings(const double *xyz, const uint32_t *index, size_t n, uint64_t n_pairs,
+                             uint32_t n_triangles)
+{
+    struct dx_mesh_crossings c;
+
+    assert_int_equal(dx_mesh_crossings_count(&c, xyz, index, n), 0);
+    assert_int_equal(c.n_pairs, n_pairs);
+    assert_int_equal(c.n_triangles, n_triangles);
+}
+
+static void knows_crossings(void **state)
+{
+    /* A triangle, and points around it: above and below its inside, beside it, on its corner. */
+    static const double xyz[] = {0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 1, 1, 1, -1, 9, 9, 1, 1, 1, 0};
+
+    (void)state;
+    expect_crossings(NULL, NULL, 0, 0, 0);
+    expect_crossings(xyz, (uint32_t[]){0, 1, 2}, 1, 0, 0);
+    expect_crossings(xyz, (uint32_t[]){0, 1, 2, 3, 4, 5}, 2, 1, 2);
+    expect_crossings(xyz, (uint32_t[]){5, 4, 3, 2, 1, 0}, 2, 1, 2);
+    /* By the side opposite of a corner that both have; not by an edge that both have. */
+    expect_crossings(xyz, (uint32_t[]){0, 1, 2, 0, 3, 4}, 2, 1, 2);
+    expect_crossings(xyz, (uint32_t[]){0, 1, 2, 0, 1, 3}, 2, 0, 0);
+    /* A corner that rests on it does not go through it; nor what passes beside. */
+    expect_crossings(xyz, (uint32_t[]){0, 1, 2, 3, 6, 5}, 2, 0, 0);
+    expect_crossings(xyz, (uint32_t[]){1, 2, 5, 3, 4, 0}, 2, 0, 0);
+    /* Both ends of one long edge go through two, which do not meet each other. */
+    expect_crossings(xyz, (uint32_t[]){0, 1, 2, 3, 4, 5, 0, 1, 2}, 3, 2, 3);
+}
+
+/* The tree misses no pair: of triangles of all sizes, against one tree for each pair. */
+static void tree_finds_all_crossings(void **state)
+{
+    enum { N_VERTICES = 60, N = 80 };
+    struct dx_rng rng = dx_rng_init(8, 0);
+    static double xyz[3 * N_VERTICES];
+    static uint32_t index[3 * N];
+    uint64_t n_pairs = 0;
+    struct dx_mesh_crossings c;
+
+    (void)state;
+    for (size_t k = 0; k < 3 * N_VERTICES; k++)
+        xyz[k] = dx_rng_unit(&rng);
+    for (uint32_t k = 0; k < N; k++)
+        for (uint32_t i = 0; i < 3; i++) /* a third of the points each: three that differ */
+            index[3 * k + i] = 20 * i + (uint32_t)(20 * dx_rng_unit(&rng));
+    for (size_t a = 0; a < N; a++)
+        for (size_t b = a + 1; b < N; b++) {
+            uint32_t two[6];
+
+            memcpy(two, index + 3 * a, sizeof(two) / 2);
+            memcpy(two + 3, index + 3 * b, sizeof(two) / 2);
+            assert_int_equal(dx_mesh_crossings_count(&c, xyz, two, 2), 0);
+            n_pairs += c.n_pairs;
+        }
+    assert_true(n_pairs > N);
+    assert_int_equal(dx_mesh_crossings_count(&c, xyz, index, N), 0);
+    assert_int_equal(c.n_pairs, n_pairs);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(knows_fans_and_loops),
-        cmocka_unit_test(knows_two_rims),
-        cmocka_unit_test(distance_of_a_triangle),
-        cmocka_unit_test(tree_finds_the_nearest),
+        cmocka_unit_test(knows_fans_and_loops),   cmocka_unit_test(knows_two_rims),
+        cmocka_unit_test(distance_of_a_triangle), cmocka_unit_test(tree_finds_the_nearest),
+        cmocka_unit_test(knows_crossings),        cmocka_unit_test(tree_finds_all_crossings),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

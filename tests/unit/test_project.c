@@ -37,7 +37,7 @@ static void closed_surfaces_are_closed(void **state)
             struct dx_surface_points p = sample(cases[k].surface, cases[k].n, jitters[j], 0);
             struct dx_project_stats s = project(&soup, p.xyz, p.n, &config, NULL);
 
-            expect_closed(&soup, p.n, dx_surface_euler(cases[k].surface));
+            expect_closed(&soup, p.xyz, p.n, dx_surface_euler(cases[k].surface));
             assert_int_equal(s.n_components, cases[k].surface == DX_SURFACE_NESTED ? 2 : 1);
             free(p.xyz);
         }
@@ -56,7 +56,7 @@ static void random_samples_are_closed(void **state)
         struct dx_surface_points p = sample(surfaces[k], 37974, 0, 0);
 
         project(&soup, p.xyz, p.n, &config, NULL);
-        expect_closed(&soup, p.n, dx_surface_euler(surfaces[k]));
+        expect_closed(&soup, p.xyz, p.n, dx_surface_euler(surfaces[k]));
         free(p.xyz);
     }
 }

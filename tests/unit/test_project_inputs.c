@@ -87,7 +87,7 @@ static void place_and_size_do_not_matter(void **state)
         for (uint32_t i = 0; i < 3 * p.n; i++)
             p.xyz[i] = p.xyz[i] * scale[k] + shift[k];
         project(&soup, p.xyz, p.n, &config, NULL);
-        expect_closed(&soup, p.n, 2);
+        expect_closed(&soup, p.xyz, p.n, 2);
         free(p.xyz);
     }
 }
@@ -124,7 +124,7 @@ static void far_away_the_lattice_is_coarse(void **state)
     for (uint32_t i = 0; i < 3 * p.n; i++)
         p.xyz[i] = 1e12 + p.xyz[i]; /* a double has steps of 1.2e-4 there, the spacing is 0.05 */
     s = project(&soup, p.xyz, p.n, &config, NULL);
-    expect_closed(&soup, p.n, 2);
+    expect_closed(&soup, p.xyz, p.n, 2);
     assert_int_equal(s.n_isolated, 0);
     free(p.xyz);
 }
@@ -141,7 +141,7 @@ static void two_sheets_stay_apart_or_manifold(void **state)
 
         soup_count(&soup, p.n); /* manifold in any case */
         if (gaps[k] == 3) {
-            expect_closed(&soup, p.n, 4);
+            expect_closed(&soup, p.xyz, p.n, 4);
             assert_int_equal(s.n_components, 2);
         }
         free(p.xyz);
@@ -248,7 +248,7 @@ static void the_seed_is_the_first_corner(void **state)
     config.seed = 1234;
     project(&soup, p.xyz, p.n, &config, NULL);
     assert_int_equal(soup.v[0], 1234);
-    expect_closed(&soup, p.n, 0);
+    expect_closed(&soup, p.xyz, p.n, 0);
     free(p.xyz);
 }
 
