@@ -3,6 +3,7 @@
 #include "tools/mesh_mode.h"
 
 #include <errno.h>
+#include <math.h>
 
 #define NOISY    0.5 /* spacings of noise from which on more points must be looked at */
 #define MU       2.5
@@ -28,7 +29,8 @@ static const char help[] =
 
 struct config {
     double mu; /* 0: found */
-    double alpha_deg, beta_deg, max_edge;
+    double alpha_deg, max_edge;
+    double beta_deg; /* NAN: not given */
     int choice, plane;
     uint32_t max_loop, seed;
 };
@@ -58,7 +60,7 @@ static void defaults(void *config)
 
     dx_project_defaults(&d);
     *(struct config *)config = (struct config){.alpha_deg = d.alpha_deg,
-                                               .beta_deg = d.beta_deg,
+                                               .beta_deg = NAN,
                                                .max_edge = d.max_edge,
                                                .choice = (int)d.choice,
                                                .plane = (int)d.plane,
@@ -69,17 +71,20 @@ static void defaults(void *config)
 static struct dx_project_config make_config(const struct dx_mesh_job *job, const struct config *c)
 {
     const double found = job->noise > NOISY * job->spacing ? NOISY_MU : MU;
+    struct dx_project_config p;
 
-    return (struct dx_project_config){.mu = c->mu > 0 ? c->mu : found,
-                                      .alpha_deg = c->alpha_deg,
-                                      .beta_deg = c->beta_deg,
-                                      .max_edge = c->max_edge,
-                                      .choice = (enum dx_project_choice)c->choice,
-                                      .plane = (enum dx_project_plane)c->plane,
-                                      .max_loop = c->max_loop,
-                                      .has_seed = c->seed != NO_SEED,
-                                      .seed = c->seed,
-                                      .viewpoint = job->viewpoint};
+    dx_project_defaults(&p);
+    p.mu = c->mu > 0 ? c->mu : found;
+    p.alpha_deg = c->alpha_deg;
+    p.beta_deg = isnan(c->beta_deg) ? p.beta_deg : c->beta_deg;
+    p.max_edge = c->max_edge;
+    p.choice = (enum dx_project_choice)c->choice;
+    p.plane = (enum dx_project_plane)c->plane;
+    p.max_loop = c->max_loop;
+    p.has_seed = c->seed != NO_SEED;
+    p.seed = c->seed;
+    p.viewpoint = job->viewpoint;
+    return p;
 }
 
 static void put_stats(json_t *to, const struct dx_project_stats *s,
@@ -104,6 +109,9 @@ static int run(const struct dx_mesh_job *job, void *config, struct dx_err *err)
     struct dx_project_stats stats;
     int rc;
 
+    if (!isnan(c->beta_deg) && p.choice != DX_PROJECT_BETA)
+        return dx_err_set(err, -EINVAL, "--beta: is for --choice beta, found --choice %s",
+                          choices[c->choice]);
     if (p.has_seed && p.seed >= job->n_input)
         return dx_err_set(err, -EINVAL, "--seed: found %u, expected less than %zu points", p.seed,
                           job->n_input);

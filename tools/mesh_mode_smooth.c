@@ -8,8 +8,7 @@
 #include <string.h>
 
 static const char help[] =
-    "  --stages LIST       which, with commas between: smooth, cluster, reduce, grow, refine "
-    "(all);\n"
+    "  --stages LIST       which, in this order: smooth,cluster,reduce,grow,refine (all);\n"
     "                      without grow points are written, with normals\n"
     "  --passes N          of smoothing, 0 to 16 (1)\n"
     "  --fit plane|quadric what points are put on: quadric is better where the surface is curved,\n"
@@ -20,13 +19,13 @@ static const char help[] =
     "noise)\n"
     "  --split v3|v1       clusters are cut across their longest axis, or as the paper has it "
     "(v3)\n"
-    "  --variation S       share of the least extent from which on clusters are cut: 0 to 1 "
+    "  --variation S       share of the least extent from which on clusters are cut: 1e-9 to 1 "
     "(0.01)\n"
     "  --min-points N      of clusters that are cut for that, 1 to 1e6 (8)\n"
     "  --max-points N      of a cluster, 0: any (32)\n"
     "  --bend DEG          of the mesh at an edge, at most: 20 to 180 (100)\n"
-    "  --angle DEG         no wider angle at the ends of an edge: 60 to 180 (140)\n"
-    "  --ratio N           longest edge by the distance of the nearest point: 1 to 100 (3)\n"
+    "  --angle DEG         no wider angle at the ends of an edge: 61 to 180 (140)\n"
+    "  --ratio N           longest edge by the distance of the nearest point: 1.01 to 100 (3)\n"
     "  --loops N           close holes of at most N edges, 0 to 64 (16)\n"
     "  --refine N          passes of refining, 0 to 8 (2)\n"
     "  --tolerance N       edges so near to the points are not refined, spacings (0.1)\n";
@@ -79,7 +78,7 @@ static void defaults(void *config)
     };
 }
 
-/* Which of the names a list has, as bits; negative: it has another. */
+/* Which of the names a list has, as bits; negative: it has another, or not in their order. */
 static int parse_stages(const char *list)
 {
     int bits = 0;
@@ -91,7 +90,7 @@ static int parse_stages(const char *list)
         while (k < DX_N_SMOOTH_STAGES &&
                (strlen(dx_smooth_stages[k]) != len || strncmp(dx_smooth_stages[k], list, len) != 0))
             k++;
-        if (k == DX_N_SMOOTH_STAGES)
+        if (k == DX_N_SMOOTH_STAGES || bits >> k) /* stages run in their order only */
             return -EINVAL;
         bits |= 1 << k;
     }
@@ -104,7 +103,7 @@ static int check_stages(int bits, const char *list, struct dx_err *err)
     if (bits <= 0)
         return dx_err_set(err, -EINVAL,
                           "--stages: found '%s', expected some of smooth,cluster,reduce,grow,"
-                          "refine",
+                          "refine in this order",
                           list);
     if (bits & 1 << DX_STAGE_REDUCE && !(bits & 1 << DX_STAGE_CLUSTER))
         return dx_err_set(err, -EINVAL, "--stages: found '%s', expected cluster before reduce",

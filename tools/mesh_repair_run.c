@@ -48,10 +48,9 @@ int dx_mesh_repair_args_set(struct dx_mesh_repair_args *a, int opt, const char *
     uint64_t n = 0;
     int rc;
 
-    if (opt == DX_OPTION_REPAIR) {
-        a->asked = true;
+    a->asked = true;
+    if (opt == DX_OPTION_REPAIR)
         return 0;
-    }
     rc = dx_arg_u64(&n, &(struct dx_arg){"dexel mesh", "--repair-holes", text}, 0,
                     DX_MESH_REPAIR_MAX_HOLE, "edges");
     a->max_hole = (uint32_t)n;

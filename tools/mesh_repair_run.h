@@ -28,7 +28,7 @@ enum { DX_OPTION_REPAIR = 400, DX_OPTION_REPAIR_HOLES };
 #define DX_REPAIR_HELP                                                                             \
     "  --repair            make it a manifold whose triangles agree on their side, without small " \
     "holes\n"                                                                                      \
-    "  --repair-holes N    close those of at most N edges, 0 to 64 (16)\n"
+    "  --repair-holes N    the same, and close holes of at most N edges, 0 to 64 (16)\n"
 
 void dx_mesh_repair_args_default(struct dx_mesh_repair_args *a);
 /* One of the two. 0; -EINVAL having said why. */
