@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdbool.h>
 
+#define FEW 12 /* points of a dexel */
+
 struct query {
     const int32_t *p;
     int64_t r2;
@@ -25,6 +27,12 @@ static uint32_t find_depth(const struct dx_cloud *c, uint32_t from, uint32_t end
         n -= half;
     }
     return from + (n == 1 && c->at[from][2] < depth);
+}
+
+/* The same, or earlier where looking for it would take longer than what is then looked at. */
+static uint32_t skip(const struct dx_cloud *c, uint32_t from, uint32_t end, int32_t depth)
+{
+    return end - from > FEW ? find_depth(c, from, end, depth) : from;
 }
 
 static inline int64_t distance2(const int32_t a[3], const int32_t b[3])
@@ -101,7 +109,7 @@ uint32_t dx_cloud_within(const struct dx_cloud *c, const int32_t p[3], int32_t r
         for (uint32_t j = first; j <= last; j++)
             __builtin_prefetch(c->at[start[j]]);
         for (uint32_t j = first; j <= last; j++)
-            scan(&q, c, find_depth(c, start[j], start[j + 1], p[2] - reach), start[j + 1]);
+            scan(&q, c, skip(c, start[j], start[j + 1], p[2] - reach), start[j + 1]);
     }
     return q.n;
 }
