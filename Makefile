@@ -151,6 +151,9 @@ $(B)/bin/dexel: $(call obj,tools/main.c) $(LIBS)
 
 # ---- tests ----------------------------------------------------------------------------------------
 $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
+FAIL_ALLOC := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign,--wrap=strdup,--wrap=mmap
+$(B)/tests/test_out_of_memory: $(call obj,tests/unit/fail_alloc.c)
+$(B)/tests/test_out_of_memory: override LDFLAGS += $(FAIL_ALLOC)
 # Tests on devices of umockdev. Objects that a test depends on are linked to it.
 UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
 UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)
