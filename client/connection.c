@@ -35,7 +35,8 @@ static int set_nonblocking(int fd)
     return flags < 0 || fcntl(fd, F_SETFL, flags | O_NONBLOCK) < 0 ? -errno : 0;
 }
 
-int dx_connection_open(struct dx_connection *c, const char *path, struct dx_err *err)
+int dx_connection_open(struct dx_connection *c, const char *path, enum dx_connection_wait wait,
+                       struct dx_err *err)
 {
     const struct timeval timeout = {.tv_sec = CONNECT_TIMEOUT_S};
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
@@ -45,7 +46,8 @@ int dx_connection_open(struct dx_connection *c, const char *path, struct dx_err 
         return dx_err_set(err, -ENAMETOOLONG, "%s: a socket path has at most %zu bytes", path,
                           sizeof(addr.sun_path) - 1);
     memcpy(addr.sun_path, path, strlen(path) + 1);
-    c->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    c->fd = socket(AF_UNIX,
+                   SOCK_STREAM | SOCK_CLOEXEC | (wait == DX_CONNECTION_TRY ? SOCK_NONBLOCK : 0), 0);
     if (c->fd < 0)
         return dx_err_set(err, -errno, "socket: %s", strerror(errno));
     setsockopt(c->fd, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof(timeout));

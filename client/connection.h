@@ -29,9 +29,13 @@ struct dx_connection {
 int dx_connection_init(struct dx_connection *c);
 void dx_connection_fini(struct dx_connection *c);
 
-/* Connects (waits for a full backlog 10 s at most) and makes the socket non-blocking. Errors:
- * -ENAMETOOLONG, those of socket(2) and connect(2). */
-int dx_connection_open(struct dx_connection *c, const char *path, struct dx_err *err);
+/* Whether to wait, 10 s at most, while the backlog of the server is full. */
+enum dx_connection_wait { DX_CONNECTION_WAIT, DX_CONNECTION_TRY };
+
+/* Connects and makes the socket non-blocking. Errors: -ENAMETOOLONG, those of socket(2) and
+ * connect(2). */
+int dx_connection_open(struct dx_connection *c, const char *path, enum dx_connection_wait wait,
+                       struct dx_err *err);
 
 /* From WELCOME on: longer bodies are refused. Moves the unread bytes. Errors: -ENOMEM. */
 int dx_connection_set_max_body(struct dx_connection *c, uint32_t max_body);

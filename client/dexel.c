@@ -56,6 +56,7 @@ int dx_session_new(struct dexel **out, const struct dexel_options *options,
     d->callbacks = *callbacks;
     d->user = user;
     d->stream = DX_WIRE_NO_STREAM;
+    dx_reconnect_init(&d->again);
     r = check_options(d, o);
     if (r < 0)
         return dx_session_fail(d, r);
@@ -82,7 +83,22 @@ void dx_session_free(struct dexel *d)
         return;
     dx_geometry_unref(d->geometry);
     dx_connection_fini(&d->connection);
+    dx_reconnect_fini(&d->again);
     free(d);
+}
+
+int dx_session_restart(struct dexel *d)
+{
+    dx_connection_fini(&d->connection);
+    dx_geometry_unref(d->geometry);
+    d->geometry = NULL;
+    d->geometry_len = 0;
+    d->phase = DX_PHASE_WELCOME;
+    d->ended = false;
+    d->failed = 0;
+    d->stream = DX_WIRE_NO_STREAM;
+    d->n_tiles = 0;
+    return dx_connection_init(&d->connection);
 }
 
 int dx_session_fail(struct dexel *d, int error)
@@ -108,19 +124,28 @@ int dx_session_hello(struct dexel *d)
     return dx_connection_send(&d->connection, DX_MSG_SUBSCRIBE, body, (size_t)(w.p - body));
 }
 
+static const char *path_of(const struct dexel_options *options)
+{
+    const char *path = options ? options->socket : NULL;
+
+    if (!path)
+        path = getenv("DEXELD_SOCKET");
+    return path && *path ? path : DEFAULT_SOCKET;
+}
+
 int dexel_open(struct dexel **out, const struct dexel_options *options,
                const struct dexel_callbacks *callbacks, void *user)
 {
-    const char *path = options ? options->socket : NULL;
+    const char *path = path_of(options);
     int r = dx_session_new(out, options, callbacks, user);
 
     if (r < 0)
         return r;
-    if (!path)
-        path = getenv("DEXELD_SOCKET");
-    if (!path || !*path)
-        path = DEFAULT_SOCKET;
-    r = dx_connection_open(&(*out)->connection, path, &(*out)->err);
+    if (options && options->reconnect) {
+        r = dx_reconnect_start(*out, path);
+        return r < 0 ? dx_session_fail(*out, r) : 0;
+    }
+    r = dx_connection_open(&(*out)->connection, path, DX_CONNECTION_WAIT, &(*out)->err);
     if (r < 0)
         return dx_session_fail(*out, r);
     r = dx_session_hello(*out);
@@ -136,21 +161,17 @@ void dexel_close(struct dexel *d)
 
 int dexel_fd(const struct dexel *d)
 {
-    return d->connection.fd;
+    return d->again.poll_fd >= 0 ? d->again.poll_fd : d->connection.fd;
 }
 
 short dexel_events(const struct dexel *d)
 {
-    return d->connection.out_len ? POLLIN | POLLOUT : POLLIN;
+    return d->connection.out_len && d->again.poll_fd < 0 ? POLLIN | POLLOUT : POLLIN;
 }
 
-int dexel_dispatch(struct dexel *d)
+int dx_session_turn(struct dexel *d)
 {
-    int r;
-
-    if (d->failed)
-        return d->failed;
-    r = dx_connection_flush(&d->connection);
+    int r = dx_connection_flush(&d->connection);
     if (r < 0)
         return dx_session_fail(d, dx_err_set(&d->err, r, "writing: %s", strerror(-r)));
     r = dx_session_dispatch(d);
@@ -160,6 +181,13 @@ int dexel_dispatch(struct dexel *d)
     if (r < 0)
         return dx_session_fail(d, r);
     return r == DX_CONNECTION_BYTES ? dx_session_dispatch(d) : 0;
+}
+
+int dexel_dispatch(struct dexel *d)
+{
+    if (d->failed)
+        return d->failed;
+    return d->again.poll_fd >= 0 ? dx_reconnect_dispatch(d) : dx_session_turn(d);
 }
 
 int dexel_run(struct dexel *d, int timeout_ms)

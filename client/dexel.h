@@ -9,6 +9,8 @@
  * commit, the tiles held together are exactly the mesh of that epoch. reset means: forget all
  * tiles; stream is called again before the next one.
  *
+ * With `reconnect` a subscription outlives its service: see dexel_options.
+ *
  * Functions that can fail return 0 or -errno (-EPROTO: the server broke the protocol or refused us;
  * -ECONNRESET: it went away); dexel_error() then says more. After such an error a connection only
  * repeats it: close it and open another.
@@ -115,6 +117,13 @@ struct dexel_options {
      */
     double lod_sigma;
     unsigned stride;
+    /*
+     * Not 0: where no service answers, or it goes away, turns us out because it stops, is full or
+     * we were too slow, it is tried again: at once, then after 0.1 s, twice that, to 2 s. What is
+     * held stays: state tells DEXEL_GONE and why, reset comes when a service has answered, and then
+     * all as at the start. dexel_open() does not wait for it. Other errors end the subscription.
+     */
+    int reconnect;
 };
 
 /* Connects and sends HELLO and SUBSCRIBE; what the server answers comes in dispatch. `options` may

@@ -36,7 +36,13 @@ static int on_welcome(struct dexel *d, const struct message *m)
     if (r < 0)
         return dx_session_fail(d, dx_err_set(&d->err, r, "a buffer of %u bytes", w.max_body));
     d->phase = DX_PHASE_SUBSCRIBED;
-    return 0;
+    return dx_reconnect_welcomed(d);
+}
+
+/* It stops, or has no room for us now: another connection may be served. */
+static bool may_change(const struct dx_msg_error *e)
+{
+    return e->code == DX_WIRE_E_LIMIT || e->code == DX_WIRE_E_SLOW || e->code == DX_WIRE_E_SHUTDOWN;
 }
 
 static int on_error(struct dexel *d, const struct message *m)
@@ -45,8 +51,8 @@ static int on_error(struct dexel *d, const struct message *m)
 
     if (dx_msg_error_get(&e, m->body, m->len) < 0)
         return refuse(d, "not an ERROR");
-    return dx_session_fail(
-        d, dx_err_set(&d->err, -EPROTO, "the server: %s (error %u)", e.text, e.code));
+    dx_err_set(&d->err, -EPROTO, "the server: %s (error %u)", e.text, e.code);
+    return dx_session_fail(d, d->again.poll_fd >= 0 && may_change(&e) ? -ECONNRESET : -EPROTO);
 }
 
 static int call_stream(struct dexel *d)

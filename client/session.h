@@ -6,6 +6,7 @@
 
 #include "client/connection.h"
 #include "client/dexel.h"
+#include "client/reconnect.h"
 #include "core/wire/chunk.h"
 
 /* Where the session is: what the server may say next (docs/protocol.md, "States"). */
@@ -27,6 +28,7 @@ struct dexel {
     bool ended; /* the stream; until it says otherwise */
     int failed; /* sticky: the error that ended the connection */
     struct dx_err err;
+    struct dx_reconnect again;
 
     uint32_t stream; /* number, from SUBSCRIBED; DX_WIRE_NO_STREAM before */
     struct dx_msg_subscribe asked;
@@ -49,10 +51,18 @@ int dx_session_new(struct dexel **out, const struct dexel_options *options,
                    const struct dexel_callbacks *callbacks, void *user);
 void dx_session_free(struct dexel *d);
 
+/* Without a socket again, and without an error; the text of the last one stays. Errors: -ENOMEM. */
+int dx_session_restart(struct dexel *d);
+
 /* Queues HELLO and SUBSCRIBE. */
 int dx_session_hello(struct dexel *d);
 
-/* Sets the sticky error; the text is in d->err already. Returns it. */
+/* Sends what waits, handles what was received, reads once, handles that. 0, a callback's value, or
+ * an error. */
+int dx_session_turn(struct dexel *d);
+
+/* Sets the sticky error; the text is in d->err already. Returns it. -ECONNRESET is the one that
+ * another connection may mend. */
 int dx_session_fail(struct dexel *d, int error);
 
 /* Handles the whole messages that were received. 0, a callback's value, or an error. */

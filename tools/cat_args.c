@@ -22,6 +22,7 @@ static const char help[] =
     "  --lossless            every epoch; from a replay at --rate max only\n"
     "  --pull                ask for each epoch when the one before is done with\n"
     "  --interval MS         at most one epoch in so many milliseconds\n"
+    "  --reconnect           wait for a service, and for the next one when it goes away\n"
     "  --timeout S           give up after so many seconds of silence (never)\n"
     "  -o OUT.{ply,obj,stl}  write the last whole mesh\n"
     "  --every               write every commit; %06d in OUT is its number\n"
@@ -46,6 +47,7 @@ enum {
     OPT_LOSSLESS,
     OPT_PULL,
     OPT_INTERVAL,
+    OPT_RECONNECT,
     OPT_TIMEOUT,
     OPT_EVERY,
     OPT_SPLIT,
@@ -68,6 +70,7 @@ static const struct option options[] = {
     {"lossless", no_argument, NULL, OPT_LOSSLESS},
     {"pull", no_argument, NULL, OPT_PULL},
     {"interval", required_argument, NULL, OPT_INTERVAL},
+    {"reconnect", no_argument, NULL, OPT_RECONNECT},
     {"timeout", required_argument, NULL, OPT_TIMEOUT},
     {"every", no_argument, NULL, OPT_EVERY},
     {"split", no_argument, NULL, OPT_SPLIT},
@@ -142,6 +145,8 @@ static int set_option(struct dx_cat_args *cat, int opt, const char *text)
     case OPT_INTERVAL:
     case OPT_TIMEOUT:
         return set_number(cat, opt, text);
+    case OPT_RECONNECT:
+        return cat->subscribe.reconnect = 1, 0;
     case OPT_LOSSLESS:
         return set_mode(cat, DEXEL_LOSSLESS);
     case OPT_PULL:

@@ -55,7 +55,8 @@ int main(int argc, char **argv)
     const struct dexel_callbacks callbacks = {
         .stream = on_stream, .tile = on_tile, .commit = on_commit};
     const struct dexel_options options = {.stream = argc > 1 ? argv[1] : NULL,
-                                          .encoding = DEXEL_Q16};
+                                          .encoding = DEXEL_Q16,
+                                          .reconnect = 1}; /* it outlives the service */
     struct mesh mesh = {0};
     struct dexel *d;
     int r = dexel_open(&d, &options, &callbacks, &mesh);

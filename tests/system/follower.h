@@ -29,6 +29,7 @@ struct follower {
     const char *name;
     struct dexel *d;
     bool raw;       /* tiles are counted, not decoded: no digests */
+    bool reconnect; /* it outlives the service */
     uint64_t *tile; /* hash of each tile held; 0: empty */
     uint32_t n_tiles, tile_cols;
     uint64_t digest;
@@ -36,7 +37,9 @@ struct follower {
     struct dexel_commit last;
     uint64_t first_frame, first_dropped; /* of the first commit after the snapshot */
     unsigned n_commits, n_partial, n_resets;
-    unsigned n_missed; /* epochs */
+    unsigned n_missed;      /* epochs */
+    enum dexel_state state; /* told last */
+    unsigned n_gone;        /* times that it was DEXEL_GONE */
     bool ended;
 };
 
@@ -110,12 +113,16 @@ static inline int follower_on_commit(void *user, const struct dexel_commit *c)
 
 static inline int follower_on_state(void *user, enum dexel_state state, const char *reason)
 {
+    struct follower *f = user;
+
     (void)reason;
-    ((struct follower *)user)->ended = state == DEXEL_ENDED;
+    f->state = state;
+    f->n_gone += state == DEXEL_GONE;
+    f->ended = state == DEXEL_ENDED;
     return 0;
 }
 
-/* `f` is zeroed but for `name` and `raw`. */
+/* `f` is zeroed but for `name`, `raw` and `reconnect`. */
 static inline void follower_open(struct follower *f, const char *socket, const char *stream,
                                  enum dexel_encoding encoding)
 {
@@ -124,7 +131,8 @@ static inline void follower_open(struct follower *f, const char *socket, const c
                                               .tile = f->raw ? NULL : follower_on_tile,
                                               .commit = follower_on_commit,
                                               .state = follower_on_state};
-    const struct dexel_options options = {.socket = socket, .stream = stream, .encoding = encoding};
+    const struct dexel_options options = {
+        .socket = socket, .stream = stream, .encoding = encoding, .reconnect = f->reconnect};
 
     if (dexel_open(&f->d, &options, &callbacks, f) < 0)
         die("%s: %s", f->name, dexel_error(f->d));
