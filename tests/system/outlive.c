@@ -1,7 +1,8 @@
 /*
  * outlive DEXELD CONFIG SOCKET: a subscriber that is there before the service and stays when that
  * is killed, or stops, and comes again. It is told that the service is gone, then begins anew, and
- * after that holds what a new subscriber holds at the same epoch. The service is our child.
+ * after that holds what a new subscriber holds at the same epoch. A service that is held up for a
+ * while goes on where it was. The service is our child.
  */
 #include <signal.h>
 #include <sys/prctl.h>
@@ -11,6 +12,7 @@
 #include "tests/system/follower.h"
 
 #define N_ROUNDS 6
+#define PAUSE_MS 5000
 
 static pid_t start_service(const char *dexeld, const char *config)
 {
@@ -30,6 +32,30 @@ static void expect_running(pid_t pid)
 {
     if (waitpid(pid, NULL, WNOHANG))
         die("the service did not stay");
+}
+
+static void await_commits(struct follower *f, unsigned n, pid_t service)
+{
+    while (f->n_commits < n) {
+        expect_running(service);
+        followers_turn(&f, 1, -1);
+    }
+}
+
+/* Nothing comes for so long; then all goes on, and nobody is turned out. */
+static void hold_up(struct follower *f, pid_t service)
+{
+    const unsigned n_resets = f->n_resets, n_gone = f->n_gone;
+    struct pollfd p = {dexel_fd(f->d), POLLIN, 0};
+
+    kill(service, SIGSTOP);
+    while (poll(&p, 1, PAUSE_MS) > 0)
+        follower_turn(f);
+    kill(service, SIGCONT);
+    await_commits(f, f->n_commits + 3, service);
+    if (f->n_resets != n_resets || f->n_gone != n_gone)
+        die("a pause of the service cost %u resets, %u connections", f->n_resets - n_resets,
+            f->n_gone - n_gone);
 }
 
 static void end_service(pid_t pid, int signal)
@@ -62,13 +88,14 @@ static void compare(struct follower *f, const char *socket)
     fresh.name = "fresh";
     follower_open(&fresh, socket, NULL, DEXEL_F32);
     while (!same) {
-        const struct follower_commit *its;
+        const struct follower_commit *its, *mine;
 
         followers_turn(both, 2, -1);
-        its = f->last.epoch ? follower_at(f, fresh.last.epoch) : NULL;
-        if (!fresh.n_commits || !its)
+        its = follower_at(f, fresh.last.epoch);
+        mine = follower_at(&fresh, fresh.last.epoch);
+        if (!its || !mine)
             continue;
-        if (its->digest != fresh.digest)
+        if (its->digest != mine->digest)
             die("epoch %llu: another mesh than that of a new subscriber",
                 (unsigned long long)fresh.last.epoch);
         same = true;
@@ -79,7 +106,6 @@ static void compare(struct follower *f, const char *socket)
 int main(int argc, char **argv)
 {
     static struct follower f = {.name = "faithful", .reconnect = true};
-    struct follower *one = &f;
 
     if (argc != 4)
         die("usage: outlive DEXELD CONFIG SOCKET");
@@ -90,13 +116,12 @@ int main(int argc, char **argv)
         unsigned n_commits = f.n_commits;
 
         memset(f.history, 0, sizeof(f.history)); /* a new service counts from 1 */
-        while (f.n_commits < n_commits + 3) {
-            expect_running(service);
-            followers_turn(&one, 1, -1);
-        }
+        await_commits(&f, n_commits + 3, service);
         if (f.n_resets != k)
             die("%u resets, expected %u", f.n_resets, k);
         compare(&f, argv[3]);
+        if (k == 0)
+            hold_up(&f, service);
         end_service(service, k % 2 ? SIGTERM : SIGKILL);
         await_gone(&f, k + 2);
     }
