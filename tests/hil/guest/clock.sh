@@ -16,14 +16,15 @@ YAML
 start_dexeld -c "$run/clock.yaml"
 dexel cat --socket "$run/mesh.sock" --timeout 60 --quiet --stats >"$run/live.json" &
 cat=$!
+jump() { date -s "@$(($(date +%s) + $1))" >/dev/null; }
 # seen N: until so many frames have been meshed
 seen() {
   until dexel status --json --socket "$run/control.sock" | grep -Eo '"frames": ?[0-9]+' | grep -Eo '[0-9]+$' | awk -v n="$1" '{exit $1 < n}'; do :; done
 }
 seen 10
-date -s '+1 hour' >/dev/null
+jump 3600
 seen 25
-date -s '-3 hours' >/dev/null
+jump -10800
 wait "$cat"
 dexel status --json --socket "$run/control.sock" >"$run/status.json"
 stop_dexeld
@@ -36,4 +37,4 @@ grep -q "\"frame\": $((frames - 1))," "$run/again.json" || { echo "the replay: $
 digest() { grep -o '"digest": "[0-9a-f]*"' "$1"; }
 [ "$(digest "$run/live.json")" = "$(digest "$run/again.json")" ] || { echo "the replay ends in another mesh"; exit 1; }
 ! grep -i "stalled\|silent" "$run/dexeld.log" || exit 1
-date -s '+2 hours' >/dev/null
+jump 7200
