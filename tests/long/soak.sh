@@ -1,28 +1,40 @@
 #!/bin/sh
-# Soak: 20,000 frames replayed at max to a lossless subscriber while others come and go; memory and
-# descriptors stay flat.
+# Soak: a recording looped at max, every frame of it to a lossless subscriber while others come and go in all encodings;
+# memory, descriptors and threads stay flat. SOAK_FRAMES=2000000 is the endurance run of docs/operations.md.
 set -eu
 . tests/daemon.sh
+frames=${SOAK_FRAMES:-200000}
+dexel=$B/bin/dexel
 
 rss() { sed -n 's/^VmRSS:[[:space:]]*\([0-9]*\) kB/\1/p' "/proc/$dexeld_pid/status"; }
 fds() { ls "/proc/$dexeld_pid/fd" | wc -l; }
+threads() { ls "/proc/$dexeld_pid/task" | wc -l; }
+through() { "$dexel" cat --socket "$run/mesh.sock" --quiet "$@"; }
+# the last client's descriptor goes when the loop has seen it go: ask the loop
+settle() { "$dexel" status --socket "$run/mesh.sock.control" >/dev/null; }
 
-"$B/bin/dexel" sim hall -o "$run/scans" --format pcd --size 130x100 --noise 0.002 --frames 4
-start_dexeld --replay "$run/scans" --rate max --loop --wait 1 --socket "$run/mesh.sock"
-through() { "$B/bin/dexel" cat --socket "$run/mesh.sock" --quiet "$@"; }
-through --lossless --encoding q16 --frames 2000
-before=$(rss) n=$(fds)
-through --lossless --encoding q16 --frames 20000 &
+"$dexel" sim moving-box -o "$run/scans" --format pcd --size 64x48 --noise 0.002 --dropouts 0.01 --frames 50
+"$dexel" convert "$run/scans" "$run/scan.mcap"
+start_dexeld --replay "$run/scan.mcap" --rate max --loop --wait 1 --socket "$run/mesh.sock"
+through --lossless --encoding q16 --frames 5000
+settle
+before=$(rss) n_fds=$(fds) n_threads=$(threads)
+through --lossless --encoding q16 --frames "$frames" --stats >"$run/stats" &
 main=$!
+n_clients=0
 while kill -0 $main 2>/dev/null; do
   through --encoding f32 --frames 20
   through --encoding q16 --pull --frames 20
+  through --encoding delta --frames 20
+  n_clients=$((n_clients + 3))
 done
 wait $main
+settle
 after=$(rss)
-echo "resident $before kB, then $after kB; descriptors $n, then $(fds)"
-[ "$after" -le $((before + 4096)) ]
-# the last client's descriptor goes when the loop has seen it go: ask the loop
-"$B/bin/dexel" status --socket "$run/mesh.sock" >/dev/null
-[ "$(fds)" -le "$n" ]
+echo "$frames frames, $n_clients other clients: resident $before kB, then $after kB; descriptors $n_fds, then $(fds);" \
+  "threads $n_threads, then $(threads)"
+grep -q "\"commits\": $frames," "$run/stats"
+[ "$after" -le $((before + 2048)) ]
+[ "$(fds)" -le "$n_fds" ]
+[ "$(threads)" -eq "$n_threads" ]
 stop_dexeld
