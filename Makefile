@@ -72,7 +72,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-drivers bench-peers \
-        bench-peers-clouds performance compare-scans peers-mcap asan tsan fuzz fuzz-targets format install uninstall deb clean help FORCE
+        bench-peers-clouds performance compare-scans peers-mcap asan tsan coverage fuzz fuzz-targets format install uninstall deb clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -222,6 +222,12 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory B=build/tsan OPT=-O1 SAN='-fsanitize=thread' \
 	  all check-unit check-system
+
+# Lines that the tests run, of what is the service's; below 90 % of a room it fails. What a killed process ran is not counted.
+coverage:
+	@$(MAKE) --no-print-directory B=build/coverage OPT=-O1 SAN='--coverage -fprofile-update=atomic' \
+	  all check-unit check-system
+	@B=build/coverage sh tests/coverage.sh
 
 # Fuzz targets: clang, the libraries with coverage under their own folder, the targets linked to them.
 FUZZ_SAN := address,undefined -fno-sanitize-recover=all
