@@ -1,5 +1,5 @@
-/* What the files of the loop thread share: server.c, subscriber.c, sender.c, listen.c, control.c,
- * status.c. */
+/* What the files of the loop thread share: server.c, server_streams.c, subscriber.c, sender.c,
+ * listen.c, control.c, status.c. */
 #ifndef DX_SERVER_PRIV_H
 #define DX_SERVER_PRIV_H
 
@@ -61,6 +61,11 @@ struct dx_server {
 
 /* A subscriber came (+1) or went (-1). */
 void dx_server_count_subscriber(struct dx_server_stream *st, int by);
+
+/* After an event; once a second; at the end, when no subscriber is left. */
+void dx_server_settle_streams(struct dx_server *s);
+void dx_server_tick_streams(struct dx_server *s, uint64_t now_ns);
+void dx_server_free_streams(struct dx_server *s);
 
 /* Makes the socket at `path` with mode 0660, or takes the inherited one of that `name`; neither: -1
  * in l->fd. Errors as dx_server_new. */
