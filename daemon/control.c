@@ -22,7 +22,8 @@ struct connection {
     sd_event_source *io;
     char in[MAX_LINE];
     size_t in_len;
-    char *out; /* a reply; nothing is read until it is gone */
+    uint64_t waits; /* for the end of what has this number: nothing is read until then; 0: no */
+    char *out;      /* a reply; nothing is read until it is gone */
     size_t out_len, out_at;
 };
 
@@ -41,17 +42,20 @@ static void hang_up(struct connection *c)
     free(c->out);
     c->out = NULL;
     c->fd = -1;
+    c->waits = 0;
 }
 
-/* The line that answers a request, with its newline; NULL: no memory. */
-static char *answer(struct dx_server *server, const char *line, size_t len)
+/* The line that answers a request; NULL: no memory, or *later is what it will be answered with. */
+static char *answer(struct dx_server *server, const char *line, size_t len, uint64_t *later)
 {
     json_error_t where;
     json_t *request = json_loadb(line, len, JSON_REJECT_DUPLICATES, &where), *reply;
     char *text;
 
+    *later = 0;
+
     if (request)
-        reply = dx_control_answer(server, request);
+        reply = dx_control_answer(server, request, later);
     else
         reply = json_pack("{s:o}", "error", json_sprintf("not JSON: %s", where.text));
     json_decref(request);
@@ -79,25 +83,36 @@ static bool write_reply(struct connection *c)
     return true;
 }
 
+/* Takes the line that is to go out; NULL: no memory. False: the connection is no more. */
+static bool reply_with(struct connection *c, char *line)
+{
+    c->out = line;
+    if (!c->out) {
+        hang_up(c);
+        return false;
+    }
+    c->out_len = strlen(c->out) + 1;
+    c->out[c->out_len - 1] = '\n'; /* in place of the NUL: from here on it is bytes */
+    c->out_at = 0;
+    return write_reply(c);
+}
+
 /* Answers the lines that are there, one after the other. */
 static void answer_lines(struct connection *c)
 {
     char *end;
 
-    while (!c->out && (end = memchr(c->in, '\n', c->in_len))) {
+    while (!c->out && !c->waits && (end = memchr(c->in, '\n', c->in_len))) {
         size_t len = (size_t)(end - c->in) + 1;
+        char *line = answer(c->control->server, c->in, len - 1, &c->waits);
 
-        c->out = answer(c->control->server, c->in, len - 1);
         memmove(c->in, c->in + len, c->in_len - len);
         c->in_len -= len;
-        if (!c->out) {
-            hang_up(c);
+        if (c->waits) {
+            sd_event_source_set_io_events(c->io, 0); /* only its end is noticed */
             return;
         }
-        c->out_len = strlen(c->out) + 1;
-        c->out[c->out_len - 1] = '\n'; /* in place of the NUL: from here on it is bytes */
-        c->out_at = 0;
-        if (!write_reply(c))
+        if (!reply_with(c, line))
             return;
     }
     if (!c->out && c->in_len == sizeof(c->in)) {
@@ -112,6 +127,10 @@ static int on_connection(sd_event_source *source, int fd, uint32_t revents, void
     ssize_t n;
 
     (void)source;
+    if (c->waits) {
+        hang_up(c);
+        return 0;
+    }
     if (c->out) {
         if (revents & (EPOLLERR | EPOLLHUP))
             hang_up(c);
@@ -187,6 +206,19 @@ int dx_control_new(struct dx_control **out, struct dx_server *server, const char
     }
     *out = k;
     return 0;
+}
+
+void dx_control_tell(struct dx_control *k, uint64_t number, const json_t *reply)
+{
+    for (int n = 0; k && n < MAX_CONNECTIONS; n++) {
+        struct connection *c = &k->connection[n];
+
+        if (c->fd < 0 || !c->waits || c->waits > number)
+            continue;
+        c->waits = 0;
+        if (reply_with(c, json_dumps(reply, JSON_COMPACT)))
+            answer_lines(c);
+    }
 }
 
 void dx_control_resume(struct dx_control *k)

@@ -195,6 +195,30 @@ static int on_stop(sd_event_source *source, int fd, uint32_t revents, void *serv
     return 0;
 }
 
+uint64_t dx_server_reload(struct dx_server *s)
+{
+    return s->options.reload && !s->exit_due_ns ? s->options.reload(s->options.ctx) : 0;
+}
+
+void dx_server_set_max_clients(struct dx_server *s, uint32_t n)
+{
+    s->options.max_clients = n;
+}
+
+struct sd_event *dx_server_event(struct dx_server *s)
+{
+    return s->event;
+}
+
+static int on_hangup(sd_event_source *source, const struct signalfd_siginfo *si, void *server)
+{
+    (void)source;
+    (void)si;
+    if (dx_server_reload(server) == 0)
+        dx_log_warning("server", "SIGHUP: there is no configuration file to read again");
+    return 0;
+}
+
 static int on_signal(sd_event_source *source, const struct signalfd_siginfo *si, void *server)
 {
     (void)source;
@@ -211,11 +235,14 @@ static int add_signals(struct dx_server *s)
     sigemptyset(&set);
     sigaddset(&set, SIGTERM);
     sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGHUP);
     r = pthread_sigmask(SIG_BLOCK, &set, NULL);
     if (r)
         return -r;
     r = sd_event_add_signal(s->event, NULL, SIGTERM, on_signal, s);
-    return r < 0 ? r : sd_event_add_signal(s->event, NULL, SIGINT, on_signal, s);
+    if (r >= 0)
+        r = sd_event_add_signal(s->event, NULL, SIGINT, on_signal, s);
+    return r < 0 ? r : sd_event_add_signal(s->event, NULL, SIGHUP, on_hangup, s);
 }
 
 static int add_sources(struct dx_server *s)
@@ -289,10 +316,10 @@ void dx_server_free(struct dx_server *s)
         dx_subscriber_free(s->subscribers);
         s->subscribers = next;
     }
+    dx_server_free_streams(s);
     dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);
-    dx_server_free_streams(s);
     sd_event_source_disable_unref(s->timer);
     sd_event_source_disable_unref(s->post);
     sd_event_unref(s->event);

@@ -54,10 +54,14 @@ struct dx_server {
     uint64_t started_ns;
     struct dx_server_stream *streams;
     uint32_t n_streams;
+    uint32_t next_number; /* of a stream: none is used again, or a client could mix two up */
     struct dx_subscriber *subscribers;
     uint32_t n_clients;
     uint64_t n_connections;
 };
+
+/* As options.reload; 0 too while the service stops. */
+uint64_t dx_server_reload(struct dx_server *s);
 
 /* A subscriber came (+1) or went (-1). */
 void dx_server_count_subscriber(struct dx_server_stream *st, int by);

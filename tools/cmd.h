@@ -14,6 +14,7 @@ int cmd_info(int argc, char **argv);
 int cmd_sim(int argc, char **argv);
 int cmd_render(int argc, char **argv);
 int cmd_record(int argc, char **argv);
+int cmd_reload(int argc, char **argv);
 int cmd_replay(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
 
