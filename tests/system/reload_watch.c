@@ -1,8 +1,8 @@
 /*
- * reload_watch SOCKET CONTROL CONFIG NEXT: subscribers while NEXT takes the place of the configuration
- * file. Of the streams, `still` is the same in both, `box` another one, `gone` is not in NEXT, and
- * `come` is only there. Who is on `still` sees every epoch and no RESET; who is on `box` is told
- * RESET once and then holds exactly the new mesh; who is on `gone` is told so.
+ * reload_watch SOCKET CONTROL CONFIG NEXT: subscribers while NEXT takes the place of the
+ * configuration file. Of the streams, `still` is the same in both, `box` another one, `gone` is not
+ * in NEXT, and `come` is only there. Who is on `still` sees every epoch and no RESET; who is on
+ * `box` is told RESET once and then holds exactly the new mesh; who is on `gone` is told so.
  */
 #include "tests/system/follower.h"
 #include "tools/control_client.h"
