@@ -19,6 +19,7 @@
 #include "daemon/control.h"
 #include "daemon/log.h"
 #include "daemon/reader.h"
+#include "daemon/watchdog.h"
 
 #define MAX_CLIENTS    256u
 #define HELLO_NS       5000000000u
@@ -373,6 +374,8 @@ static int open_all(struct dx_server *s, struct dx_err *err)
     r = add_sources(s);
     if (r == 0)
         r = dx_presence_new(&s->presence);
+    if (r == 0)
+        r = dx_watchdog_new(&s->watchdog, s);
     return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
@@ -413,6 +416,7 @@ void dx_server_free(struct dx_server *s)
         dx_subscriber_free(s->subscribers);
         s->subscribers = next;
     }
+    dx_watchdog_free(s->watchdog);
     dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);
@@ -432,11 +436,8 @@ void dx_server_free(struct dx_server *s)
 
 int dx_server_run(struct dx_server *s)
 {
-    int r = sd_event_set_watchdog(s->event, true); /* nothing without WATCHDOG_USEC */
-
-    if (r >= 0)
-        dx_presence_start(s->presence, s->event);
-    return r < 0 ? r : sd_event_loop(s->event);
+    dx_presence_start(s->presence, s->event);
+    return sd_event_loop(s->event);
 }
 
 void dx_server_stop(struct dx_server *s)

@@ -73,6 +73,7 @@ static int open_server(struct service *s, const struct dx_config *config, struct
                                                   .recorder = dx_stream_recorder(s->stream[k]),
                                                   .player = dx_stream_player(s->stream[k]),
                                                   .reader = dx_stream_reader(s->stream[k]),
+                                                  .beats = dx_stream_beats(s->stream[k]),
                                                   .subscribers = dx_stream_subscribers,
                                                   .ctx = s->stream[k]};
 
