@@ -1,12 +1,16 @@
 /* The table of requests, and those of them that need no file of their own. Loop thread. */
 #include "daemon/control_requests.h"
 
+#include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "daemon/control_clients.h"
+#include "daemon/control_devices.h"
+#include "daemon/control_service.h"
 #include "daemon/control_stream.h"
 #include "daemon/log.h"
-#include "daemon/server.h"
 #include "daemon/status.h"
 
 static json_t *answer_status(struct dx_server *server, const json_t *request)
@@ -15,22 +19,15 @@ static json_t *answer_status(struct dx_server *server, const json_t *request)
     return dx_status(server);
 }
 
-static json_t *answer_quit(struct dx_server *server, const json_t *request)
-{
-    (void)request;
-    dx_log_info("control", "stopping: asked to quit");
-    dx_server_stop(server);
-    return json_object();
-}
-
 static const struct request {
     const char *name;
     json_t *(*answer)(struct dx_server *server, const json_t *request);
+    const char *changes; /* one that has this member changes something; NULL: none does */
 } requests[] = {
-    {"status", answer_status},
-    {"record", dx_control_record},
-    {"replay", dx_control_replay},
-    {"quit", answer_quit},
+    {"status", answer_status, NULL},       {"devices", dx_control_devices, NULL},
+    {"clients", dx_control_clients, "do"}, {"record", dx_control_record, "do"},
+    {"replay", dx_control_replay, "do"},   {"log-level", dx_control_log_level, "level"},
+    {"quit", dx_control_quit, "request"},
 };
 
 #define N_REQUESTS (sizeof(requests) / sizeof(*requests))
@@ -50,7 +47,34 @@ static json_t *unknown(const char *what)
                      json_sprintf("unknown request '%s', expected %s", what, names));
 }
 
-json_t *dx_control_answer(struct dx_server *server, const json_t *request)
+static bool has_changed(const struct request *r, const json_t *request, const json_t *reply)
+{
+    const char *verb = json_string_value(json_object_get(request, "do"));
+
+    return r->changes && json_object_get(request, r->changes) && !json_object_get(reply, "error") &&
+           (!verb || strcmp(verb, "status") != 0);
+}
+
+static void log_change(const json_t *request, const struct ucred *who)
+{
+    char *text = json_dumps(request, JSON_COMPACT);
+
+    dx_log_notice("control", "pid %d uid %u asked for %s", (int)who->pid, (unsigned)who->uid,
+                  text ? text : "a change");
+    free(text);
+}
+
+static json_t *ask(const struct request *r, struct dx_server *server, const json_t *request,
+                   const struct ucred *who)
+{
+    json_t *reply = r->answer(server, request);
+
+    if (has_changed(r, request, reply))
+        log_change(request, who);
+    return reply;
+}
+
+json_t *dx_control_answer(struct dx_server *server, const json_t *request, const struct ucred *who)
 {
     const char *what = json_string_value(json_object_get(request, "request"));
 
@@ -58,6 +82,6 @@ json_t *dx_control_answer(struct dx_server *server, const json_t *request)
         return json_pack("{s:s}", "error", "expected an object with a string \"request\"");
     for (size_t k = 0; k < N_REQUESTS; k++)
         if (!strcmp(what, requests[k].name))
-            return requests[k].answer(server, request);
+            return ask(&requests[k], server, request, who);
     return unknown(what);
 }

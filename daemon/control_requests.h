@@ -6,11 +6,13 @@
 #define DX_CONTROL_REQUESTS_H
 
 #include <jansson.h>
+#include <sys/socket.h>
 
 struct dx_server;
 
 /* The answer to `request`, a JSON value from a client: an object, with "error" when it is none of
- * those that are known or cannot be done. NULL: no memory. */
-json_t *dx_control_answer(struct dx_server *server, const json_t *request);
+ * those that are known or cannot be done. A JSON null: dx_control_reply (control.h) brings it, in a
+ * moment. NULL: no memory. What has changed something is in the log, with `who` asked. */
+json_t *dx_control_answer(struct dx_server *server, const json_t *request, const struct ucred *who);
 
 #endif

@@ -15,6 +15,7 @@
 #define DX_SERVER_ACCEPT_PAUSE_NS 100000000u /* when out of descriptors */
 
 struct dx_control;
+struct dx_probe;
 struct dx_watchdog;
 
 struct dx_server_stream {
@@ -50,6 +51,7 @@ struct dx_server {
     sd_event_source *timer, *post;
     struct dx_listener mesh;
     struct dx_control *control;
+    struct dx_probe *probe; /* of the control socket; NULL without one */
     struct dx_presence *presence;
     struct dx_watchdog *watchdog;
     uint64_t accept_again_ns; /* 0: accepting */
