@@ -59,6 +59,6 @@ void dx_control_reloaded(struct dx_server *server, uint64_t number,
 {
     json_t *reply = report->is_refused ? refused(report) : done(report);
 
-    dx_control_tell(server->control, number, reply);
+    dx_control_tell(server->control, (struct dx_control_wait){DX_TOPIC_RELOAD, number}, reply);
     json_decref(reply);
 }

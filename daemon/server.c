@@ -18,6 +18,7 @@
 #include "daemon/clock.h"
 #include "daemon/control.h"
 #include "daemon/log.h"
+#include "daemon/watchdog.h"
 
 #define MAX_CLIENTS    256u
 #define HELLO_NS       5000000000u
@@ -276,6 +277,8 @@ static int open_all(struct dx_server *s, struct dx_err *err)
     r = add_sources(s);
     if (r == 0)
         r = dx_presence_new(&s->presence);
+    if (r == 0)
+        r = dx_watchdog_new(&s->watchdog, s);
     return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
@@ -317,6 +320,7 @@ void dx_server_free(struct dx_server *s)
         s->subscribers = next;
     }
     dx_server_free_streams(s);
+    dx_watchdog_free(s->watchdog);
     dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);
@@ -330,11 +334,8 @@ void dx_server_free(struct dx_server *s)
 
 int dx_server_run(struct dx_server *s)
 {
-    int r = sd_event_set_watchdog(s->event, true); /* nothing without WATCHDOG_USEC */
-
-    if (r >= 0)
-        dx_presence_start(s->presence, s->event);
-    return r < 0 ? r : sd_event_loop(s->event);
+    dx_presence_start(s->presence, s->event);
+    return sd_event_loop(s->event);
 }
 
 void dx_server_stop(struct dx_server *s)

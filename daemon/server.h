@@ -12,6 +12,7 @@
 #include "daemon/feed.h"
 
 struct dx_device;
+struct dx_heartbeats;
 struct dx_recorder;
 struct dx_server;
 struct dx_server_stream;
@@ -40,7 +41,8 @@ struct dx_server_stream_options {
     bool lossless;                /* lossless subscribers are allowed */
     struct dx_recorder *recorder; /* for the control socket; NULL: none, also the next */
     struct dx_device *player;
-    struct dx_stream_reader *reader; /* poked by presence, for the status; NULL: none */
+    struct dx_stream_reader *reader;   /* poked by presence, for the status; NULL: none */
+    const struct dx_heartbeats *beats; /* of its threads, for the watchdog; NULL: none */
     /* How many are subscribed now; called by the loop when that changes. May be NULL. */
     void (*subscribers)(void *ctx, uint32_t n);
     void *ctx;

@@ -6,6 +6,7 @@
 #include <sys/types.h>
 #include <systemd/sd-event.h>
 
+#include "daemon/heartbeat.h"
 #include "daemon/latency.h"
 #include "daemon/presence.h"
 #include "daemon/server.h"
@@ -14,6 +15,8 @@
 #define DX_SERVER_ACCEPT_PAUSE_NS 100000000u /* when out of descriptors */
 
 struct dx_control;
+struct dx_probe;
+struct dx_watchdog;
 
 struct dx_server_stream {
     struct dx_server *server;
@@ -23,6 +26,7 @@ struct dx_server_stream {
     struct dx_feed_loop *loop;
     sd_event_source *wake;
     uint32_t n_subscribers;
+    bool hangs[DX_N_BEATS];    /* as the watchdog found its threads last */
     struct dx_latency latency; /* host stamp of the frame to COMMIT handed to the kernel */
     struct dx_latency stage[DX_N_STAGES]; /* its parts: an epoch each, of SEND a batch each */
     /* frames a second, over the last second or so */
@@ -47,7 +51,9 @@ struct dx_server {
     sd_event_source *timer, *post;
     struct dx_listener mesh;
     struct dx_control *control;
+    struct dx_probe *probe; /* of the control socket; NULL without one */
     struct dx_presence *presence;
+    struct dx_watchdog *watchdog;
     uint64_t accept_again_ns; /* 0: accepting */
     uint64_t tick_due_ns;
     uint64_t exit_due_ns; /* 0: not stopping */

@@ -53,6 +53,7 @@ struct dx_server_stream_options dx_service_shows(struct dx_stream *s)
                                              .recorder = dx_stream_recorder(s),
                                              .player = dx_stream_player(s),
                                              .reader = dx_stream_reader(s),
+                                             .beats = dx_stream_beats(s),
                                              .subscribers = dx_stream_subscribers,
                                              .ctx = s};
 }

@@ -2,6 +2,7 @@
 #include "daemon/stream.h"
 
 #include "daemon/clock.h"
+#include "daemon/heartbeat.h"
 #include "daemon/log.h"
 #include "daemon/mailbox.h"
 #include "daemon/mesher.h"
@@ -26,6 +27,7 @@
 struct dx_stream {
     struct dx_stream_config *config; /* its own copy */
     struct dx_counters counters;
+    struct dx_heartbeats beats;
     struct dx_mailbox *mailbox;
     struct dx_feed *feed;
     struct dx_mesher *mesher;
@@ -107,6 +109,7 @@ static int open_recorder(struct dx_stream *s, struct dx_err *err)
         .split_len = (uint64_t)record->split_mib << 20,
         .split_ns = (uint64_t)record->split_s * 1000000000u,
         .start = record->start,
+        .beat = &s->beats.of[DX_BEAT_RECORDER],
     };
     int r;
 
@@ -129,6 +132,7 @@ static int open_reader(struct dx_stream *s, struct dx_err *err)
 {
     const struct dx_stream_config *c = s->config;
     const struct dx_driver *driver = dx_driver_find(c->driver);
+    int r;
 
     if (driver == &dx_file_driver) {
         const struct dx_file_config *file = &c->source.file;
@@ -139,8 +143,11 @@ static int open_reader(struct dx_stream *s, struct dx_err *err)
                               "%s: no recording, and start, end and stamps are of those",
                               file->path);
     }
-    return dx_stream_reader_new(&s->reader, c->name, s->replays ? &dx_player_driver : driver,
-                                &c->source, s->mailbox, &s->counters, err);
+    r = dx_stream_reader_new(&s->reader, c->name, s->replays ? &dx_player_driver : driver,
+                             &c->source, s->mailbox, &s->counters, err);
+    if (r == 0)
+        dx_stream_reader_watch(s->reader, &s->beats.of[DX_BEAT_READER]);
+    return r;
 }
 
 /* The reader is there. */
@@ -180,6 +187,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
     r = dx_mailbox_new(&s->mailbox, config->lossless, kick_mesher, s);
     if (r == 0)
         r = dx_feed_new(&s->feed, MAX_TILES, FEED_EPOCHS, 2, -1, kick_mesher, s);
+    mesher.beat = &s->beats.of[DX_BEAT_MESHER];
     if (r == 0)
         r = dx_mesher_new(&s->mesher, &mesher, s->mailbox, s->feed, &s->counters, pool);
     if (r < 0) {
@@ -353,6 +361,11 @@ void dx_stream_subscribers(void *stream, uint32_t n)
     if (s->config->wait && n >= s->config->wait &&
         !atomic_exchange_explicit(&s->enough, true, memory_order_relaxed))
         sem_post(&s->start);
+}
+
+const struct dx_heartbeats *dx_stream_beats(const struct dx_stream *s)
+{
+    return &s->beats;
 }
 
 struct dx_feed *dx_stream_feed(struct dx_stream *s)

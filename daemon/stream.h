@@ -13,6 +13,7 @@
 #include "daemon/feed.h"
 #include "daemon/recorder.h"
 
+struct dx_heartbeats;
 struct dx_stream;
 struct dx_stream_reader;
 
@@ -46,6 +47,9 @@ struct dx_stream_reader *dx_stream_reader(struct dx_stream *s);
 struct dx_recorder *dx_stream_recorder(struct dx_stream *s);
 /* The player (player.h) of a stream that replays a recording; else NULL. */
 struct dx_device *dx_stream_player(struct dx_stream *s);
+
+/* Of its threads. */
+const struct dx_heartbeats *dx_stream_beats(const struct dx_stream *s);
 
 struct dx_feed *dx_stream_feed(struct dx_stream *s);
 struct dx_counters *dx_stream_counters(struct dx_stream *s);
