@@ -63,12 +63,13 @@ SIM_SRC := tests/hil/scip_sim.c
 FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
 GUEST_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
 BENCH_SRC := $(wildcard tests/bench/*.c)
+FAULT_SRC := $(wildcard tests/faults/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
 UNIT := $(patsubst tests/unit/%.c,$(B)/tests/%,$(UNIT_SRC))
 SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
-          $(patsubst tests/hil/%.c,$(B)/tests/%,$(SIM_SRC))
+          $(patsubst tests/hil/%.c,$(B)/tests/%,$(SIM_SRC)) $(B)/tests/dexeld_faults
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-drivers bench-peers \
@@ -113,7 +114,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) $(FAULT_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
@@ -181,6 +182,10 @@ $(B)/tests/%: $(B)/obj/tests/unit/%.o $(LIBS)
 $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+# The service with faults on request (daemon/fault.h): what is linked first is what counts.
+$(B)/tests/dexeld_faults: $(call obj,daemon/main.c $(FAULT_SRC)) $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 # Simulated devices, usable by hand.
 $(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)

@@ -86,6 +86,28 @@ struct dx_config_replay {
 int dx_config_for_replay(struct dx_config *config, const struct dx_config_replay *replay,
                          struct dx_err *err);
 
+/* ---- beside each other -------------------------------------------------------------------------
+ */
+
+/* Have two streams the same driver and the same values? Lines do not count. */
+bool dx_config_stream_same(const struct dx_stream_config *a, const struct dx_stream_config *b);
+
+/* A copy with texts of its own. -ENOMEM. */
+int dx_config_stream_copy(struct dx_stream_config **out, const struct dx_stream_config *from);
+void dx_config_stream_free(struct dx_stream_config *stream); /* NULL is fine */
+
+/*
+ * The keys that hold from a start to the end (sockets, threads): `next` gets the values that are in
+ * force, and `in_force` the others, to be freed with it. Returns how many differed; their paths are
+ * constant texts.
+ */
+#define DX_CONFIG_MAX_FIXED 32
+unsigned dx_config_keep_fixed(struct dx_config *next, struct dx_config *in_force,
+                              const char *differing[DX_CONFIG_MAX_FIXED]);
+
+/* ---- printed -----------------------------------------------------------------------------------
+ */
+
 /* The configuration in force, as YAML that reads back as the same. */
 void dx_config_print(FILE *out, const struct dx_config *config);
 

@@ -37,6 +37,7 @@ struct dx_config_key {
     const char *preset;                  /* the default, as it would be written; NULL: none */
     bool required;
     bool three;       /* NUMBERS: of a list all three, no fewer */
+    bool live;        /* of the service: a reload applies it; else it holds from the next start */
     const char *help; /* sentences, one a line */
 };
 
@@ -71,6 +72,8 @@ int dx_config_value_set_item(const struct dx_config_key *key, void *base, unsign
 /* As it would be written in a file. */
 void dx_config_value_print(const struct dx_config_key *key, const void *base, FILE *out);
 void dx_config_value_free(const struct dx_config_key *key, void *base);
+/* Maps and lists are always the same: their keys are values of their own. */
+bool dx_config_value_same(const struct dx_config_key *key, const void *a, const void *b);
 
 /* "a number from 0 to 89" */
 #define DX_CONFIG_ALLOWED_LEN 200

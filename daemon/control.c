@@ -3,26 +3,32 @@
 
 #include <errno.h>
 #include <jansson.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <unistd.h>
 
+#include "daemon/control_devices.h"
 #include "daemon/control_requests.h"
 #include "daemon/log.h"
 #include "daemon/server_priv.h"
 
 #define MAX_CONNECTIONS 16
 #define MAX_LINE        1024
+#define TEXT(n)         #n
+#define BOUND(n)        TEXT(n)
 
 struct connection {
     struct dx_control *control;
-    int fd;          /* -1: free */
+    int fd; /* -1: free */
+    struct ucred cred;
     uint64_t number; /* in the order of their coming */
     sd_event_source *io;
     char in[MAX_LINE];
     size_t in_len;
-    char *out; /* a reply; nothing is read until it is gone */
+    struct dx_control_wait waits; /* for an answer that comes later: nothing is read until then */
+    char *out;                    /* a reply; nothing is read until it is gone */
     size_t out_len, out_at;
 };
 
@@ -30,6 +36,7 @@ struct dx_control {
     struct dx_server *server;
     struct dx_listener listener;
     uint64_t n_connections;
+    struct dx_probe *probe;
     struct connection connection[MAX_CONNECTIONS];
 };
 
@@ -41,23 +48,33 @@ static void hang_up(struct connection *c)
     free(c->out);
     c->out = NULL;
     c->fd = -1;
+    c->waits = (struct dx_control_wait){0};
 }
 
-/* The line that answers a request, with its newline; NULL: no memory. */
-static char *answer(struct dx_server *server, const char *line, size_t len)
+/* A text that says which bound was met, as far as the socket takes it at once, and the end. */
+static void turn_away(struct connection *c, const char *why)
+{
+    char line[200];
+    int len = snprintf(line, sizeof(line), "{\"error\":\"%s\"}\n", why);
+
+    dx_log_warning("control", "pid %d uid %u: %s", (int)c->cred.pid, (unsigned)c->cred.uid, why);
+    if (!c->out)
+        (void)!send(c->fd, line, (size_t)len, MSG_NOSIGNAL | MSG_DONTWAIT);
+    hang_up(c);
+}
+
+/* What a line is answered with: a new reference. NULL: no memory; or, with c->waits set, later. */
+static json_t *answer(struct connection *c, const char *line, size_t len)
 {
     json_error_t where;
     json_t *request = json_loadb(line, len, JSON_REJECT_DUPLICATES, &where), *reply;
-    char *text;
 
     if (request)
-        reply = dx_control_answer(server, request);
+        reply = dx_control_answer(c->control->server, request, &c->cred, &c->waits);
     else
         reply = json_pack("{s:o}", "error", json_sprintf("not JSON: %s", where.text));
     json_decref(request);
-    text = reply ? json_dumps(reply, JSON_COMPACT) : NULL;
-    json_decref(reply);
-    return text;
+    return reply;
 }
 
 /* Writes what is left of the reply; false: the connection is no more. */
@@ -79,31 +96,45 @@ static bool write_reply(struct connection *c)
     return true;
 }
 
+/* Takes the reference. False: the connection is no more. */
+static bool reply_with(struct connection *c, json_t *reply)
+{
+    c->out = reply ? json_dumps(reply, JSON_COMPACT) : NULL;
+    json_decref(reply);
+    if (!c->out) {
+        hang_up(c);
+        return false;
+    }
+    c->out_len = strlen(c->out) + 1;
+    c->out[c->out_len - 1] = '\n'; /* in place of the NUL: from here on it is bytes */
+    c->out_at = 0;
+    return write_reply(c);
+}
+
 /* Answers the lines that are there, one after the other. */
 static void answer_lines(struct connection *c)
 {
     char *end;
 
-    while (!c->out && (end = memchr(c->in, '\n', c->in_len))) {
+    while (!c->out && !c->waits.topic && (end = memchr(c->in, '\n', c->in_len))) {
         size_t len = (size_t)(end - c->in) + 1;
+        json_t *reply = answer(c, c->in, len - 1);
 
-        c->out = answer(c->control->server, c->in, len - 1);
         memmove(c->in, c->in + len, c->in_len - len);
         c->in_len -= len;
-        if (!c->out) {
-            hang_up(c);
-            return;
-        }
-        c->out_len = strlen(c->out) + 1;
-        c->out[c->out_len - 1] = '\n'; /* in place of the NUL: from here on it is bytes */
-        c->out_at = 0;
-        if (!write_reply(c))
+        if (c->waits.topic)
+            sd_event_source_set_io_events(c->io, 0); /* only its end is noticed */
+        else if (!reply_with(c, reply))
             return;
     }
-    if (!c->out && c->in_len == sizeof(c->in)) {
-        dx_log_warning("control", "found a line of more than %d bytes", MAX_LINE);
-        hang_up(c);
-    }
+    if (!c->out && !c->waits.topic && c->in_len == sizeof(c->in))
+        turn_away(c, "too long a request: at most " BOUND(MAX_LINE) " bytes");
+}
+
+static void on_devices(void *control, json_t *reply)
+{
+    dx_control_tell(control, (struct dx_control_wait){DX_TOPIC_DEVICES, DX_CONTROL_DEVICES}, reply);
+    json_decref(reply);
 }
 
 static int on_connection(sd_event_source *source, int fd, uint32_t revents, void *connection)
@@ -112,6 +143,10 @@ static int on_connection(sd_event_source *source, int fd, uint32_t revents, void
     ssize_t n;
 
     (void)source;
+    if (c->waits.topic) {
+        hang_up(c);
+        return 0;
+    }
     if (c->out) {
         if (revents & (EPOLLERR | EPOLLHUP))
             hang_up(c);
@@ -140,7 +175,7 @@ static struct connection *make_room(struct dx_control *k)
         if (c->number < oldest->number)
             oldest = c;
     }
-    hang_up(oldest);
+    turn_away(oldest, "another connection came, and there are " BOUND(MAX_CONNECTIONS) " at most");
     return oldest;
 }
 
@@ -148,6 +183,7 @@ static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *co
 {
     struct dx_control *k = control;
     struct connection *c;
+    socklen_t len = sizeof(c->cred);
     int client = accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
 
     (void)revents;
@@ -158,6 +194,8 @@ static int on_accept(sd_event_source *source, int fd, uint32_t revents, void *co
     }
     c = make_room(k);
     *c = (struct connection){.control = k, .fd = client, .number = ++k->n_connections};
+    if (getsockopt(client, SOL_SOCKET, SO_PEERCRED, &c->cred, &len) < 0)
+        c->cred = (struct ucred){0, (uid_t)-1, (gid_t)-1};
     if (sd_event_add_io(k->server->event, &c->io, client, EPOLLIN, on_connection, c) < 0)
         hang_up(c);
     return 0;
@@ -176,8 +214,12 @@ int dx_control_new(struct dx_control **out, struct dx_server *server, const char
     for (int n = 0; n < MAX_CONNECTIONS; n++)
         k->connection[n].fd = -1;
     r = dx_listener_open(&k->listener, path, "control", err);
-    if (r == 0 && k->listener.fd >= 0) {
-        r = sd_event_add_io(server->event, &k->listener.io, k->listener.fd, EPOLLIN, on_accept, k);
+    if (r == 0) {
+        r = dx_probe_new(&k->probe, server, on_devices, k);
+        server->probe = k->probe;
+        if (r == 0 && k->listener.fd >= 0)
+            r = sd_event_add_io(server->event, &k->listener.io, k->listener.fd, EPOLLIN, on_accept,
+                                k);
         if (r < 0)
             dx_err_set(err, r, "event loop: %s", strerror(-r));
     }
@@ -187,6 +229,19 @@ int dx_control_new(struct dx_control **out, struct dx_server *server, const char
     }
     *out = k;
     return 0;
+}
+
+void dx_control_tell(struct dx_control *k, struct dx_control_wait done, json_t *reply)
+{
+    for (int n = 0; k && n < MAX_CONNECTIONS; n++) {
+        struct connection *c = &k->connection[n];
+
+        if (c->fd < 0 || c->waits.topic != done.topic || c->waits.number > done.number)
+            continue;
+        c->waits = (struct dx_control_wait){0};
+        if (reply_with(c, json_incref(reply)))
+            answer_lines(c);
+    }
 }
 
 void dx_control_resume(struct dx_control *k)
@@ -202,5 +257,7 @@ void dx_control_free(struct dx_control *k)
     for (int n = 0; n < MAX_CONNECTIONS; n++)
         hang_up(&k->connection[n]);
     dx_listener_close(&k->listener);
+    k->server->probe = NULL;
+    dx_probe_free(k->probe);
     free(k);
 }

@@ -1,12 +1,15 @@
 /*
  * The control socket: one JSON object a line in, one a line out. {"request":"status"} is answered
- * as status.h says, record and replay as control_stream.h does, {"request":"quit"} with {} and the
- * end of the service; anything else with {"error":"..."}. Loop thread.
+ * as status.h says, what may be asked besides is in control_requests.c; anything else is answered
+ * with {"error":"..."}. Loop thread.
  */
 #ifndef DX_CONTROL_H
 #define DX_CONTROL_H
 
+#include <jansson.h>
+
 #include "core/base/err.h"
+#include "daemon/control_requests.h"
 
 struct dx_control;
 struct dx_server;
@@ -15,6 +18,10 @@ struct dx_server;
 int dx_control_new(struct dx_control **out, struct dx_server *server, const char *path,
                    struct dx_err *err);
 void dx_control_free(struct dx_control *c);
+
+/* Answers the connections that wait for what is done now, or for what was to be before it. `reply`
+ * stays the caller's. A NULL control is fine. */
+void dx_control_tell(struct dx_control *c, struct dx_control_wait done, json_t *reply);
 
 /* Accepts again, if it was out of descriptors; called once a second. NULL is fine. */
 void dx_control_resume(struct dx_control *c);

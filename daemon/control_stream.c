@@ -1,6 +1,7 @@
 /* record and replay, of the control socket. */
 #include "daemon/control_stream.h"
 
+#include "daemon/clock.h"
 #include "daemon/player.h"
 #include "daemon/recorder.h"
 #include "daemon/server_priv.h"
@@ -50,6 +51,14 @@ static const char *what(const json_t *request)
 /* ---- record ----------------------------------------------------------------------------------
  */
 
+/* For how long its disk has not answered. */
+static double stuck_s(const struct dx_server_stream *st)
+{
+    const struct dx_heartbeat *beat = &st->options.beats->of[DX_BEAT_RECORDER];
+
+    return (double)dx_heartbeat_late_ns(beat, dx_clock_ns()) * 1e-9;
+}
+
 json_t *dx_control_recording(const struct dx_server_stream *st)
 {
     struct dx_recorder_status s;
@@ -62,6 +71,8 @@ json_t *dx_control_recording(const struct dx_server_stream *st)
                   "blocks", (json_int_t)s.n_blocks, "dropped", (json_int_t)s.n_dropped, "bytes",
                   (json_int_t)s.n_bytes, "files", (json_int_t)s.n_files, "waiting",
                   (json_int_t)s.waiting);
+    if (st->hangs[DX_BEAT_RECORDER])
+        json_object_set_new(o, "stuck_s", json_real(stuck_s(st)));
     if (s.path[0])
         json_object_set_new(o, "path", json_string(s.path)); /* not UTF-8: stays out */
     if (s.error)

@@ -22,6 +22,11 @@ void dx_log_set_level(int level)
     atomic_store_explicit(&max_level, level, memory_order_relaxed);
 }
 
+int dx_log_level(void)
+{
+    return atomic_load_explicit(&max_level, memory_order_relaxed);
+}
+
 /* JOURNAL_STREAM names the device and inode that standard error had when the service manager made
  * it. */
 static bool goes_to_journal(void)

@@ -18,6 +18,7 @@ struct dx_log_site {
 
 /* Lines above this syslog priority are not written; LOG_INFO at the start. */
 void dx_log_set_level(int level);
+int dx_log_level(void);
 
 __attribute__((format(printf, 4, 5))) void dx_log_write(struct dx_log_site *site, int level,
                                                         const char *subsystem, const char *fmt,
@@ -31,6 +32,7 @@ __attribute__((format(printf, 4, 5))) void dx_log_write(struct dx_log_site *site
 
 #define dx_log_error(subsystem, ...)   dx_log_at(LOG_ERR, subsystem, __VA_ARGS__)
 #define dx_log_warning(subsystem, ...) dx_log_at(LOG_WARNING, subsystem, __VA_ARGS__)
+#define dx_log_notice(subsystem, ...)  dx_log_at(LOG_NOTICE, subsystem, __VA_ARGS__)
 #define dx_log_info(subsystem, ...)    dx_log_at(LOG_INFO, subsystem, __VA_ARGS__)
 #define dx_log_debug(subsystem, ...)   dx_log_at(LOG_DEBUG, subsystem, __VA_ARGS__)
 

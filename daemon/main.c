@@ -17,7 +17,7 @@ int main(int argc, char **argv)
         return status;
     status = dx_options_config(&config, &options, &err);
     if (status == 0 && !options.check)
-        status = dx_service_run(&config, options.ready_fd, &err);
+        status = dx_service_run(&config, options.config, options.ready_fd, &err);
     if (status == DX_SERVICE_E_LEFT)
         _exit(0); /* a thread still uses what fini would free */
     if (status < 0)

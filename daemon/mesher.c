@@ -6,6 +6,7 @@
 
 #include "daemon/clock.h"
 #include "daemon/encoder.h"
+#include "daemon/fault.h"
 #include "daemon/log.h"
 
 #include <errno.h>
@@ -33,6 +34,7 @@ struct dx_mesher {
     bool has_mesh, uncommitted, unsent;
     bool announced; /* subscribers have been told this geometry, and the noise in force */
     const char *why_reset;
+    uint64_t step_ns; /* what a step may take: by the size of the grid */
 
     uint32_t served[DX_N_FORMS];   /* generation that has been sent whole */
     uint64_t *pending[DX_N_FORMS]; /* tiles that changed since they were sent */
@@ -97,6 +99,12 @@ void dx_mesher_stop(struct dx_mesher *m)
     dx_mesher_kick(m);
 }
 
+/* A step begins. */
+static void beat(struct dx_mesher *m)
+{
+    dx_heartbeat_allow(m->config.beat, dx_clock_ns(), m->step_ns);
+}
+
 /* ---- committing ------------------------------------------------------------------------------ */
 
 /* Dexels with a return, for the status. */
@@ -128,6 +136,7 @@ static void commit_mesh(struct dx_mesher *m)
 
     if (!m->uncommitted)
         return;
+    beat(m);
     dx_count(&m->counters->n_tiles_changed, dx_terrain_commit(m->terrain, m->pool));
     changed = dx_terrain_changed(m->terrain);
     n_words = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1;
@@ -227,6 +236,7 @@ static void send_epoch(struct dx_mesher *m)
     dx_feed_wanted(m->feed, wanted);
     if (!m->has_mesh || (!m->unsent && !is_newly_wanted(m, wanted)))
         return;
+    beat(m);
     commit_mesh(m); /* columns may have come since: codes and samples must be of one array */
     update_lod(m, wanted);
     update_pending(m, wanted);
@@ -284,6 +294,8 @@ static void reset(struct dx_mesher *m, const struct dx_mail_item *mail)
     const struct dx_geometry *g = mail->geometry;
     struct dx_tiling tiling;
 
+    m->step_ns = (uint64_t)g->height * g->width * DX_HEARTBEAT_DEXEL_NS;
+    beat(m);
     dx_tiling_init(&tiling, g->height, g->width, g->wrap);
     drop_lod(m);
     dx_terrain_free(m->terrain);
@@ -376,6 +388,7 @@ static bool take_mail(struct dx_mesher *m)
 {
     struct dx_mail_item mail;
 
+    beat(m);
     switch (dx_mailbox_take(m->mailbox, &mail)) {
     case DX_MAIL_NONE:
         return false;
@@ -383,6 +396,7 @@ static bool take_mail(struct dx_mesher *m)
         reset(m, &mail);
         break;
     case DX_MAIL_COLUMNS:
+        dx_fault_point(DX_FAULT_MESHER);
         take_columns(m, &mail);
         dx_mailbox_release(m->mailbox);
         if (mail.complete)
@@ -413,12 +427,14 @@ static void wait_for_kick(struct dx_mesher *m)
 {
     uint64_t due = m->commit_ns + (uint64_t)m->config.commit_ms * 1000000;
 
+    dx_heartbeat_rest(m->config.beat);
     if (m->uncommitted)
         dx_clock_sem_wait(&m->wake, due);
     else
         dx_clock_sem_wait(&m->wake, 0);
     while (sem_trywait(&m->wake) == 0)
         ; /* kicks that came together are one */
+    beat(m);
 }
 
 void dx_mesher_run(struct dx_mesher *m)
@@ -432,4 +448,5 @@ void dx_mesher_run(struct dx_mesher *m)
         send_epoch(m);
         wait_for_kick(m); /* whatever came in the meantime has raised the semaphore */
     }
+    dx_heartbeat_rest(m->config.beat);
 }

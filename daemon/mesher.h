@@ -10,6 +10,7 @@
 #include "core/grid/terrain.h"
 #include "daemon/counters.h"
 #include "daemon/feed.h"
+#include "daemon/heartbeat.h"
 #include "daemon/mailbox.h"
 
 struct dx_mesher_config {
@@ -17,7 +18,8 @@ struct dx_mesher_config {
     struct dx_terrain_params terrain;
     uint32_t commit_ms; /* parts of an unfinished frame are committed at most this often */
     bool lossless;
-    uint32_t max_tiles; /* the feed's; a larger grid is refused */
+    uint32_t max_tiles;        /* the feed's; a larger grid is refused */
+    struct dx_heartbeat *beat; /* NULL: nobody watches */
 };
 
 struct dx_mesher;

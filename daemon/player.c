@@ -349,6 +349,7 @@ const struct dx_driver dx_player_driver = {
     .open_decoder = player_open,
     .start = player_start,
     .read = player_read,
+    .read_s = 600,
     .decode = player_decode,
     .stop = player_stop,
     .close = player_close,

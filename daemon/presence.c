@@ -22,6 +22,7 @@ struct watcher {
 struct dx_presence {
     sd_device_monitor *monitor;
     struct watcher *watchers;
+    sd_event *event; /* NULL: not started */
 };
 
 int dx_presence_new(struct dx_presence **out)
@@ -42,21 +43,6 @@ void dx_presence_free(struct dx_presence *p)
         p->watchers = next;
     }
     free(p);
-}
-
-int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (*poke)(void *ctx),
-                    void *ctx)
-{
-    struct watcher *w;
-
-    if (!*subsystems) /* a device on the network */
-        return 0;
-    w = calloc(1, sizeof(*w));
-    if (!w)
-        return -ENOMEM;
-    *w = (struct watcher){p->watchers, subsystems, poke, ctx};
-    p->watchers = w;
-    return 0;
 }
 
 static bool is_of(const struct watcher *w, const char *subsystem)
@@ -83,28 +69,90 @@ static int on_device(sd_device_monitor *monitor, sd_device *device, void *presen
     return 0;
 }
 
-static int start(struct dx_presence *p, sd_event *event)
+static int match(struct dx_presence *p, const struct watcher *w)
+{
+    int r = 0;
+
+    for (const char *const *s = w->subsystems; r >= 0 && *s; s++)
+        r = sd_device_monitor_filter_add_match_subsystem_devtype(p->monitor, *s, NULL);
+    return r;
+}
+
+static int start(struct dx_presence *p)
 {
     int r = sd_device_monitor_new(&p->monitor);
 
     for (const struct watcher *w = p->watchers; r >= 0 && w; w = w->next)
-        for (const char *const *s = w->subsystems; r >= 0 && *s; s++)
-            r = sd_device_monitor_filter_add_match_subsystem_devtype(p->monitor, *s, NULL);
+        r = match(p, w);
     if (r >= 0)
-        r = sd_device_monitor_attach_event(p->monitor, event);
+        r = sd_device_monitor_attach_event(p->monitor, p->event);
     return r < 0 ? r : sd_device_monitor_start(p->monitor, on_device, p);
 }
 
-void dx_presence_start(struct dx_presence *p, struct sd_event *event)
+static void start_and_tell(struct dx_presence *p)
 {
-    int r;
+    int r = start(p);
 
-    if (!p->watchers)
-        return;
-    r = start(p, event);
     if (r >= 0 && access("/run/udev/control", F_OK) == 0)
         return;
     dx_log_warning("presence", "devices that come are found every %u s only: %s",
                    (unsigned)(DX_LIFE_LOOK_NS / 1000000000u),
                    r < 0 ? strerror(-r) : "no udevd runs");
+}
+
+void dx_presence_start(struct dx_presence *p, struct sd_event *event)
+{
+    p->event = event;
+    if (p->watchers)
+        start_and_tell(p);
+}
+
+/* One more, while it runs. What came before is seen by its first look. */
+static void watch_also(struct dx_presence *p, const struct watcher *w)
+{
+    int r;
+
+    if (!p->monitor) {
+        start_and_tell(p);
+        return;
+    }
+    r = match(p, w);
+    if (r >= 0)
+        r = sd_device_monitor_filter_update(p->monitor);
+    if (r < 0)
+        dx_log_warning("presence", "a device that comes is found every %u s only: %s",
+                       (unsigned)(DX_LIFE_LOOK_NS / 1000000000u), strerror(-r));
+}
+
+int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (*poke)(void *ctx),
+                    void *ctx)
+{
+    struct watcher *w;
+
+    if (!*subsystems) /* a device on the network */
+        return 0;
+    w = calloc(1, sizeof(*w));
+    if (!w)
+        return -ENOMEM;
+    *w = (struct watcher){p->watchers, subsystems, poke, ctx};
+    p->watchers = w;
+    if (p->event)
+        watch_also(p, w);
+    return 0;
+}
+
+void dx_presence_remove(struct dx_presence *p, const void *ctx)
+{
+    struct watcher **at = &p->watchers;
+
+    while (*at) {
+        struct watcher *w = *at;
+
+        if (w->ctx != ctx) {
+            at = &w->next;
+            continue;
+        }
+        *at = w->next;
+        free(w);
+    }
 }

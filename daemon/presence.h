@@ -12,9 +12,12 @@ struct sd_event;
 int dx_presence_new(struct dx_presence **out); /* -ENOMEM */
 void dx_presence_free(struct dx_presence *p);
 
-/* Before the start. `subsystems` ends with NULL; borrowed, as `ctx` is. -ENOMEM. */
+/* Before the start, or after. `subsystems` ends with NULL; borrowed, as `ctx` is. -ENOMEM. */
 int dx_presence_add(struct dx_presence *p, const char *const *subsystems, void (*poke)(void *ctx),
                     void *ctx);
+
+/* Nobody pokes `ctx` any more. */
+void dx_presence_remove(struct dx_presence *p, const void *ctx);
 
 /* Nothing when nothing was added. Where no udevd runs, a warning: devices are then found by the
  * looks of their readers. */

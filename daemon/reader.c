@@ -1,12 +1,16 @@
 /* The reader thread. */
 #include "daemon/reader.h"
 
+#include "daemon/clock.h"
+#include "daemon/fault.h"
 #include "daemon/log.h"
 
 #include <errno.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+
+#define SECOND_NS 1000000000u
 
 struct dx_stream_reader {
     const char *name;
@@ -22,9 +26,11 @@ struct dx_stream_reader {
     struct dx_frame_sink sink;    /* the mailbox's, behind ours */
     bool frame_ended;             /* by the last part delivered; at the start: yes */
     atomic_bool stop;
-    bool any_part;      /* of a frame has come since it was not live */
-    bool is_live;       /* ... and subscribers know */
-    struct dx_err last; /* what was wrong with the newest block that was wrong */
+    struct dx_heartbeat *beat;  /* NULL: nobody watches */
+    uint64_t grid_ns, block_ns; /* what a decode may take: by the size of the grid, of the block */
+    bool any_part;              /* of a frame has come since it was not live */
+    bool is_live;               /* ... and subscribers know */
+    struct dx_err last;         /* what was wrong with the newest block that was wrong */
 };
 
 int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
@@ -74,6 +80,13 @@ void dx_stream_reader_record(struct dx_stream_reader *r, struct dx_recorder *rec
     r->recorder = recorder;
 }
 
+void dx_stream_reader_watch(struct dx_stream_reader *r, struct dx_heartbeat *beat)
+{
+    r->beat = beat;
+    if (r->attached)
+        dx_reader_device_watch(r->attached, beat);
+}
+
 struct dx_device *dx_stream_reader_device(struct dx_stream_reader *r)
 {
     return r->device;
@@ -121,22 +134,37 @@ static bool is_told(struct dx_stream_reader *r, struct dx_geometry *g, uint8_t a
     return false;
 }
 
+static void beat_for_decode(struct dx_stream_reader *r)
+{
+    dx_heartbeat_allow(r->beat, dx_clock_ns(), r->grid_ns + r->block_ns);
+}
+
 static int on_geometry(void *reader, struct dx_geometry *g, uint8_t attr_bytes)
 {
     struct dx_stream_reader *r = reader;
+    int result;
 
+    r->grid_ns = (uint64_t)g->height * g->width * DX_HEARTBEAT_DEXEL_NS;
+    beat_for_decode(r);
     if (is_told(r, g, attr_bytes))
         return 0;
     if (r->recorder)
         dx_recorder_geometry(r->recorder, g, attr_bytes);
-    return r->sink.geometry(r->sink.ctx, g, attr_bytes);
+    dx_heartbeat_rest(r->beat); /* for the mesher, which has a heartbeat of its own */
+    result = r->sink.geometry(r->sink.ctx, g, attr_bytes);
+    beat_for_decode(r);
+    return result;
 }
 
 static struct dx_plane *on_plane(void *reader, uint64_t number)
 {
     struct dx_stream_reader *r = reader;
+    struct dx_plane *plane;
 
-    return r->sink.plane(r->sink.ctx, number);
+    dx_heartbeat_rest(r->beat); /* lossless, for the mesher and its subscribers */
+    plane = r->sink.plane(r->sink.ctx, number);
+    beat_for_decode(r);
+    return plane;
 }
 
 static void on_deliver(void *reader, const struct dx_frame_part *part)
@@ -165,7 +193,12 @@ static void decode(struct dx_stream_reader *r, const struct dx_block *block)
 {
     const struct dx_frame_sink sink = {r, on_geometry, on_plane, on_deliver};
     struct dx_err err = {""};
-    int result = r->driver->decode(r->device, block, &sink, &err);
+    int result;
+
+    r->block_ns = block->len * DX_HEARTBEAT_BYTE_NS;
+    beat_for_decode(r);
+    dx_fault_point(DX_FAULT_READER);
+    result = r->driver->decode(r->device, block, &sink, &err);
 
     if (r->any_part && !r->is_live) {
         dx_mailbox_put_state(r->mailbox, DX_STREAM_LIVE, "");
@@ -198,6 +231,7 @@ static int read_block(struct dx_stream_reader *r, struct dx_block *block, struct
 {
     int result;
 
+    dx_heartbeat_allow(r->beat, dx_clock_ns(), (uint64_t)r->driver->read_s * SECOND_NS);
     if (!r->attached)
         return r->driver->read(r->device, block, err);
     result = dx_reader_device_read(r->attached, block);
@@ -235,19 +269,25 @@ static void run_device(struct dx_stream_reader *r)
     dx_reader_device_close(r->attached);
 }
 
-void dx_stream_reader_run(struct dx_stream_reader *r)
+/* A source, to its end. */
+static void run_source(struct dx_stream_reader *r)
 {
     struct dx_err err = {""};
-    int result;
+    int result = r->driver->start(r->device, &err);
 
-    if (r->attached) {
-        run_device(r);
-        return;
-    }
-    result = r->driver->start(r->device, &err);
     if (result >= 0)
         result = take_blocks(r, &err);
     if (!stopped(r))
         finish(r, result, &err);
     r->driver->stop(r->device);
+}
+
+void dx_stream_reader_run(struct dx_stream_reader *r)
+{
+    dx_heartbeat_beat(r->beat, dx_clock_ns());
+    if (r->attached)
+        run_device(r);
+    else
+        run_source(r);
+    dx_heartbeat_rest(r->beat);
 }

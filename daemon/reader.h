@@ -8,6 +8,7 @@
 #define DX_READER_H
 
 #include "daemon/counters.h"
+#include "daemon/heartbeat.h"
 #include "daemon/mailbox.h"
 #include "daemon/reader_device.h"
 #include "daemon/recorder.h"
@@ -23,6 +24,8 @@ int dx_stream_reader_new(struct dx_stream_reader **out, const char *name,
                          struct dx_err *err);
 /* Before it runs: who gets every raw block. Borrowed. */
 void dx_stream_reader_record(struct dx_stream_reader *r, struct dx_recorder *recorder);
+/* The same: its heartbeat, borrowed. */
+void dx_stream_reader_watch(struct dx_stream_reader *r, struct dx_heartbeat *beat);
 struct dx_device *dx_stream_reader_device(struct dx_stream_reader *r);
 /* NULL: the source is no device, and has no subsystems. */
 struct dx_reader_device *dx_stream_reader_attached(struct dx_stream_reader *r);

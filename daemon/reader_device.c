@@ -19,6 +19,7 @@
 #include <unistd.h>
 
 #define HEALTH_NS  1000000000u
+#define OPEN_NS    60000000000u /* a camera that is there and does not answer has 5 s a question */
 #define LOG_BURST  6            /* lines at once, and then */
 #define LOG_ONE_NS 10000000000u /* one in so long */
 
@@ -28,6 +29,7 @@ struct dx_reader_device {
     const void *config;
     struct dx_mailbox *mailbox;
     struct dx_rig *rig; /* NULL: none */
+    struct dx_heartbeat *beat;
     struct dx_life life;
     int fd; /* eventfd that ends a wait */
     atomic_bool poked;
@@ -92,6 +94,11 @@ void dx_reader_device_free(struct dx_reader_device *d)
 void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig)
 {
     d->rig = rig;
+}
+
+void dx_reader_device_watch(struct dx_reader_device *d, struct dx_heartbeat *beat)
+{
+    d->beat = beat;
 }
 
 struct dx_rig *dx_reader_device_lines(struct dx_reader_device *d)
@@ -343,6 +350,7 @@ static void look(struct dx_reader_device *d)
 
     atomic_store_explicit(&d->poked, false, memory_order_relaxed); /* this look sees it */
     d->why.text[0] = '\0';
+    dx_heartbeat_allow(d->beat, dx_clock_ns(), OPEN_NS);
     r = open_device(d, &device);
     if (r == 0) {
         set_device(d, device);
@@ -418,6 +426,7 @@ static void wait_closed(struct dx_reader_device *d)
     const struct timespec t = {(time_t)(left / 1000000000u), (long)(left % 1000000000u)};
     struct pollfd p = {d->fd, POLLIN, 0};
 
+    dx_heartbeat_allow(d->beat, now, left);
     if (ppoll(&p, 1, &t, NULL) > 0 && read(d->fd, &n, sizeof(n)) < 0)
         return;
     if (atomic_exchange_explicit(&d->poked, false, memory_order_acquire))

@@ -7,6 +7,7 @@
 #define DX_READER_DEVICE_H
 
 #include "core/wire/wire.h"
+#include "daemon/heartbeat.h"
 #include "daemon/lifecycle.h"
 #include "daemon/mailbox.h"
 #include "drivers/driver.h"
@@ -32,6 +33,8 @@ void dx_reader_device_free(struct dx_reader_device *d); /* closed by then */
 /* Before the first turn: the GPIO lines of the stream, borrowed. It is told when the device is open
  * and how the stream is, and gives frames the stamps of their triggers. */
 void dx_reader_device_rig(struct dx_reader_device *d, struct dx_rig *rig);
+/* The same: the heartbeat of its thread, borrowed; NULL: nobody watches. */
+void dx_reader_device_watch(struct dx_reader_device *d, struct dx_heartbeat *beat);
 /* Any thread; NULL: it has none. */
 struct dx_rig *dx_reader_device_lines(struct dx_reader_device *d);
 

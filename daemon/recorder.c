@@ -5,6 +5,7 @@
 #include "daemon/recorder_priv.h"
 
 #include "daemon/clock.h"
+#include "daemon/fault.h"
 #include "daemon/log.h"
 
 #include <errno.h>
@@ -184,6 +185,8 @@ int dx_recorder_turn(struct dx_recorder *r, uint64_t now_ns)
     int rc = 0;
 
     while (rc == 0 && dx_block_ring_peek(&r->ring, &e)) {
+        dx_heartbeat_beat(r->config.beat, dx_clock_ns());
+        dx_fault_point(DX_FAULT_RECORDER);
         rc = dx_recorder_take(r, &e);
         if (rc == 0)
             dx_block_ring_pop(&r->ring);
@@ -252,12 +255,15 @@ void dx_recorder_run(struct dx_recorder *r)
     if (dx_recorder_is_wanted(r))
         dx_block_ring_populate(&r->ring);
     while (!atomic_load_explicit(&r->stop, memory_order_acquire)) {
+        dx_heartbeat_rest(r->config.beat);
         dx_clock_sem_wait(&r->wake, due(r, rc));
+        dx_heartbeat_beat(r->config.beat, dx_clock_ns());
         while (sem_trywait(&r->wake) == 0) /* one turn takes all that was posted for */
             ;
         rc = dx_recorder_turn(r, dx_clock_ns());
     }
     wind_up(r);
+    dx_heartbeat_rest(r->config.beat);
 }
 
 /* ---- any thread ------------------------------------------------------------------------------

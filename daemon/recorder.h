@@ -8,6 +8,7 @@
 #define DX_RECORDER_H
 
 #include "daemon/block_ring.h"
+#include "daemon/heartbeat.h"
 #include "drivers/file/mcap_pack.h"
 
 struct dx_recorder;
@@ -33,6 +34,7 @@ struct dx_recorder_config {
     uint64_t split_len, split_ns; /* a file is finished when it is so long; 0: it is not */
     bool start;                   /* record from the first block on */
     uint64_t retry_ns;            /* after an error of the store; 0: 250 ms */
+    struct dx_heartbeat *beat;    /* NULL: nobody watches */
 };
 
 /* All its memory. Errors: -ENOMEM. */

@@ -318,8 +318,8 @@ void dx_sender_sent(void *subscriber, const struct dx_out_message *m)
 {
     struct dx_subscriber *s = subscriber;
 
-    if (m->type == DX_MSG_SUBSCRIBED)
-        s->was_subscribed = true;
+    if (m->type == DX_MSG_SUBSCRIBED || m->type == DX_MSG_RESET)
+        s->was_subscribed = m->type == DX_MSG_SUBSCRIBED;
     if (m->chunk != DX_FEED_NONE) /* else empty, or a copy: the view has let go of it already */
         dx_view_release(&s->view, m->entry);
     if (m->type == DX_MSG_TILE && s->stream)
@@ -328,24 +328,31 @@ void dx_sender_sent(void *subscriber, const struct dx_out_message *m)
         commit_sent(s);
 }
 
-void dx_sender_dropped(struct dx_view *v, bool slow)
+void dx_sender_begin_anew(struct dx_subscriber *s, const char *reason)
 {
-    struct dx_subscriber *s =
-        (struct dx_subscriber *)((char *)v - offsetof(struct dx_subscriber, view));
     uint16_t begun = dx_outbox_cut(&s->out);
+    bool owed = s->tell_reset;
 
-    s->was_subscribed |= begun == DX_MSG_SUBSCRIBED;
+    s->was_subscribed = begun != DX_MSG_RESET && (s->was_subscribed || begun == DX_MSG_SUBSCRIBED);
     s->tell_reset = s->was_subscribed;
     s->tell_subscribed = true;
     s->tell_state = true;
     dx_geometry_unref(s->geometry);
     s->geometry = NULL;
-    if (v->in_batch && s->asked.mode == DX_MODE_PULL)
+    if (s->view.in_batch && s->asked.mode == DX_MODE_PULL)
         s->credit++; /* its batch did not come */
     s->stage = DX_BATCH_NONE;
     s->last_seq = 0;
-    snprintf(s->reset_reason, sizeof(s->reset_reason), "%s",
-             slow ? "too slow" : s->stream->loop->reset_reason);
+    if (!owed && *reason) /* the first one counts; of a new stream's own beginning there is none */
+        snprintf(s->reset_reason, sizeof(s->reset_reason), "%s", reason);
+}
+
+void dx_sender_dropped(struct dx_view *v, bool slow)
+{
+    struct dx_subscriber *s =
+        (struct dx_subscriber *)((char *)v - offsetof(struct dx_subscriber, view));
+
+    dx_sender_begin_anew(s, slow ? "too slow" : s->stream->loop->reset_reason);
     if (!slow)
         return;
     dx_log_info("server", "client %llu (pid %d uid %u): too slow for %s, begins anew",

@@ -18,7 +18,7 @@
 #include "daemon/clock.h"
 #include "daemon/control.h"
 #include "daemon/log.h"
-#include "daemon/reader.h"
+#include "daemon/watchdog.h"
 
 #define MAX_CLIENTS    256u
 #define HELLO_NS       5000000000u
@@ -26,124 +26,6 @@
 #define TICK_NS        1000000000u
 #define DRAIN_NS       300000000u /* for messages half written at the end */
 #define ACCEPTS_A_TURN 16
-#define PRIORITY_FEED  -10 /* adoption first: it frees chunks for the mesher */
-
-/* ---- streams
- * ------------------------------------------------------------------------------------- */
-
-void dx_server_count_subscriber(struct dx_server_stream *st, int by)
-{
-    st->n_subscribers += (uint32_t)by;
-    if (st->options.subscribers)
-        st->options.subscribers(st->options.ctx, st->n_subscribers);
-}
-
-static void wake_again(struct dx_server_stream *st)
-{
-    uint64_t one = 1;
-    ssize_t r = write(st->options.feed->wake_fd, &one, sizeof(one));
-
-    (void)r; /* EAGAIN: it is awake */
-}
-
-/* Stations are passed in this order; a device may stamp what it reads by a clock of its own. */
-static void count_passage(struct dx_server_stream *st, const struct dx_passage *p)
-{
-    const uint64_t at[] = {p->read_ns, p->delivered_ns, p->taken_ns, p->meshed_ns, p->published_ns};
-
-    for (int k = 0; p->read_ns && k < DX_STAGE_SEND; k++)
-        if (at[k] <= at[k + 1])
-            dx_latency_add(&st->stage[k], at[k + 1] - at[k]);
-}
-
-static void serve_stream(struct dx_server_stream *st)
-{
-    unsigned found = dx_feed_loop_turn(st->loop);
-
-    if (!found)
-        return;
-    if (found & DX_FEED_NEW_EPOCH)
-        count_passage(st, &st->loop->passage);
-    for (struct dx_subscriber *s = st->server->subscribers; s; s = s->next) {
-        if (s->stream != st)
-            continue;
-        if (found & DX_FEED_NEW_STATE)
-            s->tell_state = true;
-        dx_subscriber_pump(s);
-    }
-}
-
-static int on_feed(sd_event_source *source, int fd, uint32_t revents, void *stream)
-{
-    struct dx_server_stream *st = stream;
-    uint64_t n;
-    ssize_t r = read(fd, &n, sizeof(n));
-
-    (void)source;
-    (void)revents;
-    (void)r;
-    serve_stream(st);
-    return 0;
-}
-
-static void poke_reader(void *reader)
-{
-    dx_reader_device_poke(dx_stream_reader_attached(reader));
-}
-
-static int watch_device(struct dx_server *s, struct dx_stream_reader *reader)
-{
-    if (!reader || !dx_stream_reader_attached(reader))
-        return 0;
-    return dx_presence_add(s->presence, dx_stream_reader_subsystems(reader), poke_reader, reader);
-}
-
-int dx_server_add_stream(struct dx_server *s, const struct dx_server_stream_options *options)
-{
-    struct dx_server_stream *st, **end = &s->streams;
-    int r;
-
-    for (; *end; end = &(*end)->next)
-        if (!strcmp((*end)->options.name, options->name))
-            return -EEXIST;
-    st = calloc(1, sizeof(*st));
-    if (!st)
-        return -ENOMEM;
-    st->server = s;
-    st->options = *options;
-    st->number = s->n_streams;
-    r = dx_feed_loop_new(&st->loop, options->feed);
-    if (r == 0)
-        r = watch_device(s, options->reader);
-    if (r == 0)
-        r = sd_event_add_io(s->event, &st->wake, options->feed->wake_fd, EPOLLIN, on_feed, st);
-    if (r < 0) {
-        dx_feed_loop_free(st->loop);
-        free(st);
-        return r;
-    }
-    sd_event_source_set_priority(st->wake, PRIORITY_FEED);
-    *end = st;
-    s->n_streams++;
-    return 0;
-}
-
-static void free_stream(struct dx_server_stream *st)
-{
-    sd_event_source_disable_unref(st->wake);
-    dx_feed_loop_free(st->loop);
-    free(st);
-}
-
-static void sample_rates(struct dx_server_stream *st, uint64_t now)
-{
-    uint64_t n = dx_get(&st->options.counters->n_frames);
-
-    if (st->rate_ns)
-        st->frames_per_s = (double)(n - st->rate_frames) * 1e9 / (double)(now - st->rate_ns);
-    st->rate_ns = now;
-    st->rate_frames = n;
-}
 
 /* ---- connections
  * --------------------------------------------------------------------------------- */
@@ -263,10 +145,7 @@ static int on_timer(sd_event_source *source, uint64_t usec, void *server)
     if (now >= s->tick_due_ns) {
         s->tick_due_ns = now + TICK_NS;
         dx_control_resume(s->control);
-        for (struct dx_server_stream *st = s->streams; st; st = st->next) {
-            dx_feed_loop_expire(st->loop, now);
-            sample_rates(st, now);
-        }
+        dx_server_tick_streams(s, now);
     }
     return 0;
 }
@@ -283,9 +162,7 @@ static int on_post(sd_event_source *source, void *server)
             (sub->doomed || (dx_outbox_is_empty(&sub->out) && dx_subscriber_wants_batch(sub, now))))
             dx_subscriber_pump(sub);
     reap(s);
-    for (struct dx_server_stream *st = s->streams; st; st = st->next)
-        if (dx_feed_loop_settle(st->loop))
-            wake_again(st);
+    dx_server_settle_streams(s);
     if (s->exit_due_ns && (!s->subscribers || now >= s->exit_due_ns))
         return sd_event_exit(s->event, 0);
     arm_timer(s);
@@ -319,6 +196,30 @@ static int on_stop(sd_event_source *source, int fd, uint32_t revents, void *serv
     return 0;
 }
 
+uint64_t dx_server_reload(struct dx_server *s)
+{
+    return s->options.reload && !s->exit_due_ns ? s->options.reload(s->options.ctx) : 0;
+}
+
+void dx_server_set_max_clients(struct dx_server *s, uint32_t n)
+{
+    s->options.max_clients = n;
+}
+
+struct sd_event *dx_server_event(struct dx_server *s)
+{
+    return s->event;
+}
+
+static int on_hangup(sd_event_source *source, const struct signalfd_siginfo *si, void *server)
+{
+    (void)source;
+    (void)si;
+    if (dx_server_reload(server) == 0)
+        dx_log_warning("server", "SIGHUP: there is no configuration file to read again");
+    return 0;
+}
+
 static int on_signal(sd_event_source *source, const struct signalfd_siginfo *si, void *server)
 {
     (void)source;
@@ -335,11 +236,14 @@ static int add_signals(struct dx_server *s)
     sigemptyset(&set);
     sigaddset(&set, SIGTERM);
     sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGHUP);
     r = pthread_sigmask(SIG_BLOCK, &set, NULL);
     if (r)
         return -r;
     r = sd_event_add_signal(s->event, NULL, SIGTERM, on_signal, s);
-    return r < 0 ? r : sd_event_add_signal(s->event, NULL, SIGINT, on_signal, s);
+    if (r >= 0)
+        r = sd_event_add_signal(s->event, NULL, SIGINT, on_signal, s);
+    return r < 0 ? r : sd_event_add_signal(s->event, NULL, SIGHUP, on_hangup, s);
 }
 
 static int add_sources(struct dx_server *s)
@@ -373,6 +277,8 @@ static int open_all(struct dx_server *s, struct dx_err *err)
     r = add_sources(s);
     if (r == 0)
         r = dx_presence_new(&s->presence);
+    if (r == 0)
+        r = dx_watchdog_new(&s->watchdog, s);
     return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
@@ -413,15 +319,11 @@ void dx_server_free(struct dx_server *s)
         dx_subscriber_free(s->subscribers);
         s->subscribers = next;
     }
+    dx_server_free_streams(s);
+    dx_watchdog_free(s->watchdog);
     dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);
-    while (s->streams) {
-        struct dx_server_stream *next = s->streams->next;
-
-        free_stream(s->streams);
-        s->streams = next;
-    }
     sd_event_source_disable_unref(s->timer);
     sd_event_source_disable_unref(s->post);
     sd_event_unref(s->event);
@@ -432,11 +334,8 @@ void dx_server_free(struct dx_server *s)
 
 int dx_server_run(struct dx_server *s)
 {
-    int r = sd_event_set_watchdog(s->event, true); /* nothing without WATCHDOG_USEC */
-
-    if (r >= 0)
-        dx_presence_start(s->presence, s->event);
-    return r < 0 ? r : sd_event_loop(s->event);
+    dx_presence_start(s->presence, s->event);
+    return sd_event_loop(s->event);
 }
 
 void dx_server_stop(struct dx_server *s)

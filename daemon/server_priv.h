@@ -1,11 +1,12 @@
-/* What the files of the loop thread share: server.c, subscriber.c, sender.c, listen.c, control.c,
- * status.c. */
+/* What the files of the loop thread share: server.c, server_streams.c, subscriber.c, sender.c,
+ * listen.c, control.c, status.c. */
 #ifndef DX_SERVER_PRIV_H
 #define DX_SERVER_PRIV_H
 
 #include <sys/types.h>
 #include <systemd/sd-event.h>
 
+#include "daemon/heartbeat.h"
 #include "daemon/latency.h"
 #include "daemon/presence.h"
 #include "daemon/server.h"
@@ -14,6 +15,8 @@
 #define DX_SERVER_ACCEPT_PAUSE_NS 100000000u /* when out of descriptors */
 
 struct dx_control;
+struct dx_probe;
+struct dx_watchdog;
 
 struct dx_server_stream {
     struct dx_server *server;
@@ -23,6 +26,7 @@ struct dx_server_stream {
     struct dx_feed_loop *loop;
     sd_event_source *wake;
     uint32_t n_subscribers;
+    bool hangs[DX_N_BEATS];    /* as the watchdog found its threads last */
     struct dx_latency latency; /* host stamp of the frame to COMMIT handed to the kernel */
     struct dx_latency stage[DX_N_STAGES]; /* its parts: an epoch each, of SEND a batch each */
     /* frames a second, over the last second or so */
@@ -47,20 +51,31 @@ struct dx_server {
     sd_event_source *timer, *post;
     struct dx_listener mesh;
     struct dx_control *control;
+    struct dx_probe *probe; /* of the control socket; NULL without one */
     struct dx_presence *presence;
+    struct dx_watchdog *watchdog;
     uint64_t accept_again_ns; /* 0: accepting */
     uint64_t tick_due_ns;
     uint64_t exit_due_ns; /* 0: not stopping */
     uint64_t started_ns;
     struct dx_server_stream *streams;
     uint32_t n_streams;
+    uint32_t next_number; /* of a stream: none is used again, or a client could mix two up */
     struct dx_subscriber *subscribers;
     uint32_t n_clients;
     uint64_t n_connections;
 };
 
+/* As options.reload; 0 too while the service stops. */
+uint64_t dx_server_reload(struct dx_server *s);
+
 /* A subscriber came (+1) or went (-1). */
 void dx_server_count_subscriber(struct dx_server_stream *st, int by);
+
+/* After an event; once a second; at the end, when no subscriber is left. */
+void dx_server_settle_streams(struct dx_server *s);
+void dx_server_tick_streams(struct dx_server *s, uint64_t now_ns);
+void dx_server_free_streams(struct dx_server *s);
 
 /* Makes the socket at `path` with mode 0660, or takes the inherited one of that `name`; neither: -1
  * in l->fd. Errors as dx_server_new. */

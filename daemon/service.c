@@ -3,27 +3,30 @@
 
 #include "daemon/clock.h"
 #include "daemon/log.h"
+#include "daemon/reload.h"
 #include "daemon/server.h"
-#include "daemon/stream.h"
+#include "daemon/service_streams.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <signal.h>
 #include <string.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
-#define JOIN_NS 700000000u /* for readers to come back from a decode, or from stopping a device */
+#define MMAP_FROM (32 << 10) /* bytes: what a stream is made of, and a subscriber */
+#define JOIN_NS   700000000u /* for readers to come back from a decode, or from stopping a device */
 
 struct service {
     struct dx_pool *pool;
     struct dx_server *server;
-    struct dx_stream *stream[DX_CONFIG_MAX_STREAMS];
-    uint32_t n_streams;
+    struct dx_stream_list streams;
+    struct dx_reload *reload; /* NULL: there is no file */
 };
 
-/* The loop takes the two by signalfd, so every thread must have them blocked; a client that goes
+/* The loop takes the three by signalfd, so every thread must have them blocked; a client that goes
  * while it is written to is an error of the write. */
 static void block_signals(void)
 {
@@ -32,6 +35,7 @@ static void block_signals(void)
     sigemptyset(&set);
     sigaddset(&set, SIGTERM);
     sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &set, NULL);
     signal(SIGPIPE, SIG_IGN);
 }
@@ -47,13 +51,21 @@ static void hold_standard_descriptors(void)
 static int open_streams(struct service *s, const struct dx_config *config, struct dx_err *err)
 {
     for (uint32_t k = 0; k < config->n_streams; k++) {
-        int r = dx_stream_new(&s->stream[k], &config->streams[k], s->pool, err);
+        struct dx_stream *stream;
+        int r = dx_stream_new(&stream, &config->streams[k], s->pool, err);
 
         if (r < 0)
             return r;
-        s->n_streams++;
+        dx_stream_list_add(&s->streams, stream);
     }
     return 0;
+}
+
+static uint64_t reload(void *service)
+{
+    struct service *s = service;
+
+    return s->reload ? dx_reload_ask(s->reload) : 0;
 }
 
 static int open_server(struct service *s, const struct dx_config *config, struct dx_err *err)
@@ -61,26 +73,32 @@ static int open_server(struct service *s, const struct dx_config *config, struct
     struct dx_server_options options = {.mesh_path = config->socket,
                                         .control_path = config->control_socket,
                                         .max_clients = config->max_clients,
-                                        .signals = true};
+                                        .signals = true,
+                                        .reload = reload,
+                                        .ctx = s};
     int r = dx_server_new(&s->server, &options, err);
 
-    for (uint32_t k = 0; r == 0 && k < s->n_streams; k++) {
-        const struct dx_stream_config *c = dx_stream_config(s->stream[k]);
-        struct dx_server_stream_options stream = {.name = c->name,
-                                                  .feed = dx_stream_feed(s->stream[k]),
-                                                  .counters = dx_stream_counters(s->stream[k]),
-                                                  .lossless = c->lossless,
-                                                  .recorder = dx_stream_recorder(s->stream[k]),
-                                                  .player = dx_stream_player(s->stream[k]),
-                                                  .reader = dx_stream_reader(s->stream[k]),
-                                                  .subscribers = dx_stream_subscribers,
-                                                  .ctx = s->stream[k]};
+    for (uint32_t k = 0; r == 0 && k < s->streams.n; k++) {
+        struct dx_server_stream_options shows = dx_service_shows(s->streams.stream[k]);
 
-        r = dx_server_add_stream(s->server, &stream);
+        r = dx_server_add_stream(s->server, &shows);
         if (r < 0)
-            dx_err_set(err, r, "stream %s: %s", c->name, strerror(-r));
+            dx_err_set(err, r, "stream %s: %s", shows.name, strerror(-r));
     }
     return r;
+}
+
+static int open_reload(struct service *s, struct dx_config *config, const char *file,
+                       struct dx_err *err)
+{
+    const struct dx_reload_options options = {.file = file,
+                                              .server = s->server,
+                                              .pool = s->pool,
+                                              .config = config,
+                                              .streams = &s->streams};
+    int r = file ? dx_reload_new(&s->reload, &options) : 0;
+
+    return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
 static void tell_ready(int ready_fd)
@@ -97,8 +115,8 @@ static int serve(struct service *s, int ready_fd, struct dx_err *err)
 {
     int r = 0;
 
-    for (uint32_t k = 0; r == 0 && k < s->n_streams; k++)
-        r = dx_stream_start(s->stream[k], err);
+    for (uint32_t k = 0; r == 0 && k < s->streams.n; k++)
+        r = dx_stream_start(s->streams.stream[k], err);
     if (r < 0)
         return r;
     tell_ready(ready_fd);
@@ -112,27 +130,33 @@ static int serve(struct service *s, int ready_fd, struct dx_err *err)
 static bool take_down(struct service *s)
 {
     uint64_t due_ns = dx_clock_ns() + JOIN_NS;
-    bool joined = true;
+    bool joined;
 
-    for (uint32_t k = 0; k < s->n_streams; k++)
-        dx_stream_stop(s->stream[k]);
-    for (uint32_t k = 0; k < s->n_streams; k++)
-        joined &= dx_stream_join(s->stream[k], due_ns);
+    for (uint32_t k = 0; k < s->streams.n; k++)
+        dx_stream_stop(s->streams.stream[k]);
+    joined = dx_reload_end(s->reload, due_ns);
+    for (uint32_t k = 0; k < s->streams.n; k++)
+        joined &= dx_stream_join(s->streams.stream[k], due_ns);
+    if (joined)
+        dx_reload_free(s->reload);
     dx_server_free(s->server);
     if (!joined)
         return false;
-    for (uint32_t k = 0; k < s->n_streams; k++)
-        dx_stream_free(s->stream[k]);
+    for (uint32_t k = 0; k < s->streams.n; k++)
+        dx_stream_free(s->streams.stream[k]);
     dx_pool_free(s->pool);
     return true;
 }
 
-int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *err)
+int dx_service_run(struct dx_config *config, const char *file, int ready_fd, struct dx_err *err)
 {
     struct service s = {0};
     int r;
 
     hold_standard_descriptors();
+    /* What goes at a reload goes back to the system, whichever thread took it: malloc would keep it
+     * for threads that are no more. */
+    mallopt(M_MMAP_THRESHOLD, MMAP_FROM);
     block_signals();
     dx_log_set_level(config->log_level);
     r = dx_pool_new(&s.pool, config->threads);
@@ -142,6 +166,8 @@ int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *
         r = open_streams(&s, config, err);
         if (r == 0)
             r = open_server(&s, config, err);
+        if (r == 0)
+            r = open_reload(&s, config, file, err);
         if (r == 0)
             r = serve(&s, ready_fd, err);
     }

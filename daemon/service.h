@@ -9,10 +9,11 @@
 
 /*
  * Opens sources and sockets, starts the threads, serves until SIGTERM or SIGINT, and takes
- * everything down again. `ready_fd` (or -1) gets a line, and the service manager READY=1, when the
+ * everything down again. `config` is what is in force: a reload of `file` (NULL: there is none)
+ * changes it. `ready_fd` (or -1) gets a line, and the service manager READY=1, when the
  * sockets listen. Errors, with text: what cannot be opened, what is in use, -ENOMEM.
  * DX_SERVICE_E_LEFT: `config` must stay.
  */
-int dx_service_run(const struct dx_config *config, int ready_fd, struct dx_err *err);
+int dx_service_run(struct dx_config *config, const char *file, int ready_fd, struct dx_err *err);
 
 #endif

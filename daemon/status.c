@@ -149,11 +149,12 @@ static json_t *stream_status(const struct dx_server_stream *st)
     return o;
 }
 
-static json_t *client_status(const struct dx_subscriber *s)
+json_t *dx_status_client(const struct dx_subscriber *s)
 {
     static const char *const modes[] = {"live", "pull", "lossless"};
     json_t *o = json_object();
 
+    set_count(o, "number", s->number);
     set_count(o, "pid", (uint64_t)s->cred.pid);
     set_count(o, "uid", s->cred.uid);
     if (s->stream) {
@@ -195,7 +196,7 @@ json_t *dx_status(const struct dx_server *server)
         json_array_append_new(streams, stream_status(st));
     for (const struct dx_subscriber *s = server->subscribers; s; s = s->next)
         if (s->phase != DX_SUBSCRIBER_CLOSED)
-            json_array_append_new(clients, client_status(s));
+            json_array_append_new(clients, dx_status_client(s));
     json_object_set_new(o, "streams", streams);
     json_object_set_new(o, "clients", clients);
     return o;

@@ -5,6 +5,7 @@
 #include <jansson.h>
 
 struct dx_server;
+struct dx_subscriber;
 
 /*
  * {"version", "uptime_s", "rss_bytes", "streams": [{name, state, reason, geometry, width, height,
@@ -12,9 +13,12 @@ struct dx_server;
  * short_of_chunks, valid, mesh_ms, mesh_ns_per_dexel, sigma, subscribers, latency_ms: {p50, p99,
  * stages: {decode: {p50, p99}, wait, mesh, encode, send}}, device: {state, since_s, reason,
  * serial, place, trouble, opens, lost, damaged, stalls, faults, unplugged}, recording, replay}],
- * "clients": [{pid, uid, stream, encoding, mode, epochs, coalesced, resets, bytes}]}; what is not
- * known is not there. NULL: no memory.
+ * "clients": [{number, pid, uid, stream, encoding, mode, epochs, coalesced, resets, bytes}]}; what
+ * is not known is not there. NULL: no memory.
  */
 json_t *dx_status(const struct dx_server *server);
+
+/* One of the clients. */
+json_t *dx_status_client(const struct dx_subscriber *s);
 
 #endif

@@ -2,6 +2,7 @@
 #include "daemon/stream.h"
 
 #include "daemon/clock.h"
+#include "daemon/heartbeat.h"
 #include "daemon/log.h"
 #include "daemon/mailbox.h"
 #include "daemon/mesher.h"
@@ -13,6 +14,7 @@
 #include <errno.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,8 +25,9 @@
 #define FEED_EPOCHS 6           /* one current, one being built, four pinned */
 
 struct dx_stream {
-    const struct dx_stream_config *config;
+    struct dx_stream_config *config; /* its own copy */
     struct dx_counters counters;
+    struct dx_heartbeats beats;
     struct dx_mailbox *mailbox;
     struct dx_feed *feed;
     struct dx_mesher *mesher;
@@ -106,6 +109,7 @@ static int open_recorder(struct dx_stream *s, struct dx_err *err)
         .split_len = (uint64_t)record->split_mib << 20,
         .split_ns = (uint64_t)record->split_s * 1000000000u,
         .start = record->start,
+        .beat = &s->beats.of[DX_BEAT_RECORDER],
     };
     int r;
 
@@ -128,6 +132,7 @@ static int open_reader(struct dx_stream *s, struct dx_err *err)
 {
     const struct dx_stream_config *c = s->config;
     const struct dx_driver *driver = dx_driver_find(c->driver);
+    int r;
 
     if (driver == &dx_file_driver) {
         const struct dx_file_config *file = &c->source.file;
@@ -138,8 +143,11 @@ static int open_reader(struct dx_stream *s, struct dx_err *err)
                               "%s: no recording, and start, end and stamps are of those",
                               file->path);
     }
-    return dx_stream_reader_new(&s->reader, c->name, s->replays ? &dx_player_driver : driver,
-                                &c->source, s->mailbox, &s->counters, err);
+    r = dx_stream_reader_new(&s->reader, c->name, s->replays ? &dx_player_driver : driver,
+                             &c->source, s->mailbox, &s->counters, err);
+    if (r == 0)
+        dx_stream_reader_watch(s->reader, &s->beats.of[DX_BEAT_READER]);
+    return r;
 }
 
 /* The reader is there. */
@@ -161,23 +169,25 @@ static int open_rig(struct dx_stream *s, struct dx_err *err)
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
                   struct dx_pool *pool, struct dx_err *err)
 {
-    struct dx_mesher_config mesher = {.name = config->name,
-                                      .terrain = config->mesh,
+    struct dx_mesher_config mesher = {.terrain = config->mesh,
                                       .commit_ms = config->commit_ms,
                                       .lossless = config->lossless,
                                       .max_tiles = MAX_TILES};
     struct dx_stream *s = calloc(1, sizeof(*s));
     int r;
 
-    if (!s)
+    if (!s || dx_config_stream_copy(&s->config, config) < 0) {
+        free(s);
         return dx_err_set(err, -ENOMEM, "stream %s: no memory", config->name);
-    s->config = config;
+    }
+    mesher.name = s->config->name;
     sem_init(&s->start, 0, 0);
     sem_init(&s->reader_done, 0, 0);
     sem_init(&s->recorder_done, 0, 0);
     r = dx_mailbox_new(&s->mailbox, config->lossless, kick_mesher, s);
     if (r == 0)
         r = dx_feed_new(&s->feed, MAX_TILES, FEED_EPOCHS, 2, -1, kick_mesher, s);
+    mesher.beat = &s->beats.of[DX_BEAT_MESHER];
     if (r == 0)
         r = dx_mesher_new(&s->mesher, &mesher, s->mailbox, s->feed, &s->counters, pool);
     if (r < 0) {
@@ -212,6 +222,7 @@ void dx_stream_free(struct dx_stream *s)
     sem_destroy(&s->reader_done);
     sem_destroy(&s->recorder_done);
     sem_destroy(&s->start);
+    dx_config_stream_free(s->config);
     free(s);
 }
 
@@ -243,6 +254,19 @@ static void *recorder_main(void *stream)
     return NULL;
 }
 
+/* What never ran: told by whoever is in the place of the thread that would. */
+static int tell_no_thread(struct dx_stream *s, int error, struct dx_err *err)
+{
+    char text[DX_WIRE_TEXT];
+
+    snprintf(text, sizeof(text), "no thread: %s", strerror(error));
+    if (s->mesher_runs)
+        dx_mailbox_put_state(s->mailbox, DX_STREAM_GONE, text);
+    else
+        dx_feed_state(s->feed, DX_STREAM_GONE, text);
+    return dx_err_set(err, -error, "stream %s: %s", s->config->name, text);
+}
+
 int dx_stream_start(struct dx_stream *s, struct dx_err *err)
 {
     int r = s->recorder ? pthread_create(&s->recorder_thread, NULL, recorder_main, s) : 0;
@@ -255,12 +279,17 @@ int dx_stream_start(struct dx_stream *s, struct dx_err *err)
         r = pthread_create(&s->reader_thread, NULL, reader_main, s);
     s->reader_runs = r == 0;
     if (r)
-        return dx_err_set(err, -r, "stream %s: no thread: %s", s->config->name, strerror(r));
+        return tell_no_thread(s, r, err);
     pthread_setname_np(s->mesher_thread, "mesher");
     pthread_setname_np(s->reader_thread, "reader");
     if (s->recorder_runs)
         pthread_setname_np(s->recorder_thread, "recorder");
     return 0;
+}
+
+bool dx_stream_is_started(const struct dx_stream *s)
+{
+    return s->mesher_runs && s->reader_runs;
 }
 
 void dx_stream_stop(struct dx_stream *s)
@@ -332,6 +361,11 @@ void dx_stream_subscribers(void *stream, uint32_t n)
     if (s->config->wait && n >= s->config->wait &&
         !atomic_exchange_explicit(&s->enough, true, memory_order_relaxed))
         sem_post(&s->start);
+}
+
+const struct dx_heartbeats *dx_stream_beats(const struct dx_stream *s)
+{
+    return &s->beats;
 }
 
 struct dx_feed *dx_stream_feed(struct dx_stream *s)

@@ -1,6 +1,7 @@
 /*
  * A stream: one configured source with everything it owns (device, mailbox, feed, mesher, counters)
- * and its two threads. Made and ended by the main thread.
+ * and its two threads. Made and ended by one thread at a time: the main thread, or a reload beside
+ * the loop (reload.h).
  */
 #ifndef DX_STREAM_H
 #define DX_STREAM_H
@@ -12,10 +13,11 @@
 #include "daemon/feed.h"
 #include "daemon/recorder.h"
 
+struct dx_heartbeats;
 struct dx_stream;
 struct dx_stream_reader;
 
-/* Opens the source and allocates all that the frame path will use. `config` and `pool` are
+/* Opens the source and allocates all that the frame path will use. `config` is copied, `pool`
  * borrowed. Errors name the stream. */
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
                   struct dx_pool *pool, struct dx_err *err);
@@ -24,8 +26,9 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
  * of the feed. */
 void dx_stream_free(struct dx_stream *s);
 
-/* Starts the threads. Errors: -EAGAIN and such from pthread_create. */
+/* Starts the threads. Errors: -EAGAIN and such from pthread_create; subscribers are told, too. */
 int dx_stream_start(struct dx_stream *s, struct dx_err *err);
+bool dx_stream_is_started(const struct dx_stream *s);
 
 /* Asks the threads to stop; dx_stream_join waits for them. False: the reader did not come back
  * before `due_ns` of CLOCK_MONOTONIC (a decode cannot be interrupted), or the recorder not in 2 s
@@ -44,6 +47,9 @@ struct dx_stream_reader *dx_stream_reader(struct dx_stream *s);
 struct dx_recorder *dx_stream_recorder(struct dx_stream *s);
 /* The player (player.h) of a stream that replays a recording; else NULL. */
 struct dx_device *dx_stream_player(struct dx_stream *s);
+
+/* Of its threads. */
+const struct dx_heartbeats *dx_stream_beats(const struct dx_stream *s);
 
 struct dx_feed *dx_stream_feed(struct dx_stream *s);
 struct dx_counters *dx_stream_counters(struct dx_stream *s);

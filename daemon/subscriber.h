@@ -51,8 +51,8 @@ struct dx_subscriber {
     struct dx_view view;
 
     bool tell_welcome, tell_reset, tell_subscribed, tell_state;
-    bool was_subscribed; /* SUBSCRIBED went out, at least in part: from then on changes begin with
-                            RESET */
+    bool was_subscribed; /* SUBSCRIBED went out, at least in part: changes begin with RESET, until
+                            one went out */
     char reset_reason[DX_WIRE_TEXT];
     struct dx_geometry *geometry; /* whose tables it is being sent; a reference */
     uint32_t geometry_at, geometry_len;
@@ -84,6 +84,11 @@ void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const 
 /* Writes what is owed, within the fairness budget of a turn. */
 void dx_subscriber_pump(struct dx_subscriber *s);
 
+/* Its stream is another one now, of the same name: it is told RESET with the reason, then what the
+ * new one is. What the new stream cannot do for it closes it. Called before the old one lets go of
+ * its feed. */
+void dx_subscriber_move(struct dx_subscriber *s, struct dx_server_stream *to, const char *reason);
+
 /* It could start a batch now if a pin was free. */
 bool dx_subscriber_wants_batch(const struct dx_subscriber *s, uint64_t now_ns);
 
@@ -93,12 +98,15 @@ uint64_t dx_subscriber_due(const struct dx_subscriber *s);
 /* Enforces the deadlines that have passed. */
 void dx_subscriber_tick(struct dx_subscriber *s, uint64_t now_ns);
 
-/* ---- between subscriber.c and sender.c
+/* ---- between subscriber.c, subscriber_move.c and sender.c
  * ----------------------------------------------------------- */
 
 /* Puts the next messages into the empty outbox. */
 void dx_sender_fill(struct dx_subscriber *s, uint64_t now_ns);
 void dx_sender_sent(void *subscriber, const struct dx_out_message *m);
+/* What it was told holds no more: nothing of a batch goes out after this, and it is told all anew,
+ * after RESET if it had been told anything. The view still holds its chunks. */
+void dx_sender_begin_anew(struct dx_subscriber *s, const char *reason);
 /* The view's `dropped`. */
 void dx_sender_dropped(struct dx_view *v, bool slow);
 

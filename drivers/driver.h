@@ -115,8 +115,12 @@ struct dx_driver {
     int (*start)(struct dx_device *dev, struct dx_err *err);
 
     /* Waits for the next block. 0, or AGAIN, EOF, GONE, or negative: it is to be opened anew. A
-     * device that is silent: AGAIN every 100 ms at the latest. */
+     * device that is silent: AGAIN every 100 ms at the latest; a source whose time has not come:
+     * every second. */
     int (*read)(struct dx_device *dev, struct dx_block *block, struct dx_err *err);
+    /* Seconds that one read() may take though all is well: a large file on a slow disk. 0: it only
+     * waits, as above. */
+    uint32_t read_s;
 
     /* One block to parts. 0, CORRUPT, AGAIN (the sink is closing), or negative. */
     int (*decode)(struct dx_device *dev, const struct dx_block *block,

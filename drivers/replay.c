@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #define NS_PER_S 1000000000u
+#define LOOK_NS  500000000u /* its caller can show that it lives */
 
 uint64_t dx_pace_now(void)
 {
@@ -46,11 +47,12 @@ static uint64_t due(const struct dx_pace *p, uint64_t stamp_ns)
     return after < 9e18 ? p->start_ns + (uint64_t)after : UINT64_MAX;
 }
 
-/* Waits for a wake, or until the time (NULL: none) is over. */
-static int wait_for(struct dx_pace *p, const struct timespec *time)
+/* Waits for a wake, at most so long. 0: the time is over; DX_DRIVER_E_AGAIN woken. */
+static int wait_ns(struct dx_pace *p, uint64_t ns)
 {
+    const struct timespec t = {(time_t)(ns / NS_PER_S), (long)(ns % NS_PER_S)};
     struct pollfd fd = {.fd = p->wake_fd, .events = POLLIN};
-    int n = ppoll(&fd, 1, time, NULL);
+    int n = ppoll(&fd, 1, &t, NULL);
     uint64_t count;
 
     if (n < 0)
@@ -62,26 +64,16 @@ static int wait_for(struct dx_pace *p, const struct timespec *time)
     return DX_DRIVER_E_AGAIN;
 }
 
-static int wait_ns(struct dx_pace *p, uint64_t ns)
-{
-    const struct timespec t = {(time_t)(ns / NS_PER_S), (long)(ns % NS_PER_S)};
-
-    return wait_for(p, &t);
-}
-
 int dx_pace_idle(struct dx_pace *p)
 {
-    int rc;
+    int rc = wait_ns(p, LOOK_NS);
 
-    do
-        rc = wait_for(p, NULL);
-    while (rc == 0);
-    return rc;
+    return rc < 0 ? rc : DX_DRIVER_E_AGAIN;
 }
 
 int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)
 {
-    uint64_t now = dx_pace_now(), until;
+    uint64_t now = dx_pace_now(), until, look = now + LOOK_NS;
     int rc;
 
     if (p->start_ns == 0) {
@@ -90,10 +82,12 @@ int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)
     }
     until = due(p, stamp_ns);
     do {
-        rc = wait_ns(p, until > now ? until - now : 0);
+        uint64_t next = until < look ? until : look;
+
+        rc = wait_ns(p, next > now ? next - now : 0);
         now = dx_pace_now();
-    } while (rc == 0 && now < until);
-    return rc;
+    } while (rc == 0 && now < until && now < look);
+    return rc == 0 && now < until ? DX_DRIVER_E_AGAIN : rc;
 }
 
 void dx_pace_wake(struct dx_pace *p)

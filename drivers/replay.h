@@ -21,10 +21,10 @@ uint64_t dx_pace_now(void);
 /* Errors: -EINVAL (rate), from eventfd. */
 int dx_pace_init(struct dx_pace *p, double rate);
 void dx_pace_fini(struct dx_pace *p);
-/* Waits until the frame stamped `stamp_ns` is due. 0 due; DX_DRIVER_E_AGAIN woken; negative errno.
- */
+/* Waits until the frame stamped `stamp_ns` is due. 0 due; DX_DRIVER_E_AGAIN: woken, or not yet, and
+ * half a second is over; negative errno. */
 int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns);
-/* Waits for a wake, however long: paused. DX_DRIVER_E_AGAIN; negative errno. */
+/* Waits for a wake, or half a second: paused. DX_DRIVER_E_AGAIN; negative errno. */
 int dx_pace_idle(struct dx_pace *p);
 void dx_pace_wake(struct dx_pace *p);
 /* Forget the start (loop, seek): the next wait is due at once. */

@@ -13,7 +13,11 @@ int cmd_convert(int argc, char **argv);
 int cmd_info(int argc, char **argv);
 int cmd_sim(int argc, char **argv);
 int cmd_render(int argc, char **argv);
+int cmd_clients(int argc, char **argv);
+int cmd_log_level(int argc, char **argv);
+int cmd_quit(int argc, char **argv);
 int cmd_record(int argc, char **argv);
+int cmd_reload(int argc, char **argv);
 int cmd_replay(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
 

@@ -50,7 +50,8 @@ static void show(const json_t *reply)
 
 int cmd_record(int argc, char **argv)
 {
-    static const struct dx_stream_request r = {command, "record", help, take, show};
+    static const struct dx_stream_request r = {
+        .command = command, .request = "record", .help = help, .take = take, .show = show};
 
     return dx_stream_request_run(&r, argc, argv);
 }

@@ -92,7 +92,8 @@ static void show(const json_t *reply)
 
 int cmd_replay(int argc, char **argv)
 {
-    static const struct dx_stream_request r = {command, "replay", help, take, show};
+    static const struct dx_stream_request r = {
+        .command = command, .request = "replay", .help = help, .take = take, .show = show};
 
     return dx_stream_request_run(&r, argc, argv);
 }

@@ -78,14 +78,14 @@ static int send_line(int fd, const char *request)
 }
 
 /* Up to `room` bytes more, waiting for them. */
-static ssize_t receive(int fd, char *to, size_t room)
+static ssize_t receive(int fd, char *to, size_t room, int timeout_ms)
 {
     struct pollfd p = {.fd = fd, .events = POLLIN};
     ssize_t n;
     int rc;
 
     do {
-        rc = poll(&p, 1, TIMEOUT_MS);
+        rc = poll(&p, 1, timeout_ms);
     } while (rc < 0 && errno == EINTR);
     if (rc == 0)
         return -ETIMEDOUT;
@@ -95,7 +95,7 @@ static ssize_t receive(int fd, char *to, size_t room)
     return n == 0 ? -ECONNRESET : n;
 }
 
-static int read_line(char **reply, int fd)
+static int read_line(char **reply, int fd, int timeout_ms)
 {
     size_t len = 0, cap = 16384;
     char *line = malloc(cap), *end = NULL;
@@ -112,7 +112,7 @@ static int read_line(char **reply, int fd)
             line = more;
             cap *= 2;
         }
-        n = len == cap ? -EMSGSIZE : receive(fd, line + len, cap - len);
+        n = len == cap ? -EMSGSIZE : receive(fd, line + len, cap - len, timeout_ms);
         if (n > 0 && line[0] != '{')
             n = -EPROTO;
         if (n > 0) {
@@ -143,15 +143,21 @@ static int tell(struct dx_err *err, const char *path, int rc)
     return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
 }
 
-int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err)
+int dx_control_ask_within(char **reply, const char *path, const char *request, int timeout_ms,
+                          struct dx_err *err)
 {
     int fd = connect_to(path), rc = fd;
 
     if (fd >= 0) {
         rc = send_line(fd, request);
         if (rc == 0)
-            rc = read_line(reply, fd);
+            rc = read_line(reply, fd, timeout_ms);
         close(fd);
     }
     return rc < 0 ? tell(err, path, rc) : 0;
+}
+
+int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err)
+{
+    return dx_control_ask_within(reply, path, request, TIMEOUT_MS, err);
 }

@@ -4,6 +4,7 @@
 
 #include "drivers/driver.h"
 
+#include <jansson.h>
 #include <stdio.h>
 
 /*
@@ -13,5 +14,9 @@
  * when nothing is attached.
  */
 int dx_devices_print(FILE *out, const struct dx_driver *const *drivers, bool json);
+
+/* The same as YAML for what a service has answered ({"devices":[...],"errors":[...]}): streams that
+ * have a device open are named in its comment. */
+int dx_devices_print_reply(FILE *out, const json_t *reply);
 
 #endif

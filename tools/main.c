@@ -14,9 +14,13 @@ static const struct {
 } commands[] = {
     {"cat", "dexel cat", cmd_cat, "receive the mesh of a stream; write it to a file"},
     {"status", "dexel status", cmd_status, "show the streams and clients of a running dexeld"},
+    {"clients", "dexel clients", cmd_clients, "list the subscribers of a dexeld, disconnect one"},
+    {"log-level", "dexel log-level", cmd_log_level, "show or change how much a dexeld logs"},
+    {"quit", "dexel quit", cmd_quit, "end a running dexeld"},
     {"devices", "dexel devices", cmd_devices, "list attached devices, as streams to configure"},
     {"record", "dexel record", cmd_record, "start and end the recording of a stream"},
     {"replay", "dexel replay", cmd_replay, "pause, step and move the replay of a recording"},
+    {"reload", "dexel reload", cmd_reload, "have a running dexeld read its configuration again"},
     {"mesh", "dexel mesh", cmd_mesh, "mesh a scan file without the service"},
     {"convert", "dexel convert", cmd_convert, "convert a scan to another format"},
     {"info", "dexel info", cmd_info, "tell what is in a scan or recording, and what is damaged"},

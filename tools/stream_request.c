@@ -10,7 +10,7 @@
 #include <stdlib.h>
 
 struct args {
-    const char *socket, *stream;
+    const char *socket, *stream, *option;
     bool json;
 };
 
@@ -25,21 +25,25 @@ int dx_stream_request_bad(const char *command, const char *word, const char *exp
 
 static int parse(struct args *a, const struct dx_stream_request *r, int argc, char **argv)
 {
-    enum { OPT_SOCKET = 256, OPT_STREAM, OPT_JSON, OPT_HELP };
-    static const struct option options[] = {
+    enum { OPT_SOCKET = 256, OPT_STREAM, OPT_JSON, OPT_HELP, OPT_MORE, N_OPTIONS = 7 };
+    struct option options[N_OPTIONS] = {
         {"socket", required_argument, NULL, OPT_SOCKET},
-        {"stream", required_argument, NULL, OPT_STREAM},
         {"json", no_argument, NULL, OPT_JSON},
         {"help", no_argument, NULL, OPT_HELP},
-        {0},
     };
-    int opt;
+    int opt, n = 3;
+
+    if (!r->of_service)
+        options[n++] = (struct option){"stream", required_argument, NULL, OPT_STREAM};
+    if (r->option)
+        options[n++] = (struct option){r->option, required_argument, NULL, OPT_MORE};
 
     while ((opt = getopt_long(argc, argv, "", options, NULL)) != -1) {
         if (opt == OPT_HELP)
             return dx_arg_help(r->help);
-        if (opt != OPT_SOCKET && opt != OPT_STREAM && opt != OPT_JSON)
+        if (opt == '?')
             return -EINVAL;
+        a->option = opt == OPT_MORE ? optarg : a->option;
         a->socket = opt == OPT_SOCKET ? optarg : a->socket;
         a->stream = opt == OPT_STREAM ? optarg : a->stream;
         a->json |= opt == OPT_JSON;
@@ -95,6 +99,8 @@ int dx_stream_request_run(const struct dx_stream_request *r, int argc, char **ar
     if (a.stream)
         json_object_set_new(request, "stream", json_string(a.stream));
     rc = r->take(request, argc - optind, argv + optind);
+    if (rc == 0 && a.option)
+        rc = r->take_option(request, a.option);
     if (rc == 0) {
         rc = ask(r, &a, request, &err);
         if (rc < 0)

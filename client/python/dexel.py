@@ -94,7 +94,7 @@ class ServerError(Error):
     """The server refuses: its ERROR, with `code` and `text`."""
 
     WHAT = {1: "protocol", 2: "version", 3: "no such stream", 4: "encoding", 5: "mode", 6: "limit",
-            7: "too slow", 8: "the service shuts down"}
+            7: "too slow", 8: "the service shuts down", 9: "disconnected"}
 
     def __init__(self, code: int, text: str) -> None:
         super().__init__(f"{text or 'no reason given'} ({self.WHAT.get(code, 'error')}, {code})")

@@ -69,6 +69,7 @@ enum dx_wire_error { /* code of an ERROR message */
                      DX_WIRE_E_LIMIT = 6,
                      DX_WIRE_E_SLOW = 7,
                      DX_WIRE_E_SHUTDOWN = 8,
+                     DX_WIRE_E_DISMISSED = 9, /* an operator has ended the connection */
 };
 
 enum dx_stream_state {

@@ -373,6 +373,7 @@ const struct dx_driver dx_file_driver = {
     .open_decoder = open_decoder,
     .start = file_start,
     .read = file_read,
+    .read_s = 600,
     .decode = file_decode,
     .adopt = file_adopt,
     .stop = file_stop,

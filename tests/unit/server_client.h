@@ -184,6 +184,7 @@ static inline void client_on_reset(struct client *c, const struct dx_wire_header
     assert_true(c->subscribed);
     c->subscribed = c->in_snapshot = c->had_snapshot = false;
     c->n_tiles = 0;
+    c->epoch = 0; /* one may come again */
     memset(c->held, 0, sizeof(c->held));
     c->n_resets++;
 }

@@ -128,9 +128,42 @@ static void a_driver_that_fails_hides_no_other(void **state)
     free(text);
 }
 
+/* What a service answers is as what this process finds, and tells which stream has what. */
+static void a_service_names_its_streams(void **state)
+{
+    json_t *reply = json_pack(
+        "{s:[{s:s,s:s,s:s,s:s,s:s,s:s,s:s},{s:s,s:s,s:s,s:s,s:s,s:s,s:s}],s:[]}", "devices",
+        "driver", "two", "name", "Depth One", "node", "/dev/a", "serial", "84", "place", "1-2",
+        "yaml", "serial: \"84\"\n", "stream", "hall", "driver", "two", "name", "Depth Two", "node",
+        "/dev/b", "serial", "", "place", "1-3", "yaml", "", "error", "not allowed", "errors");
+    char *text = NULL;
+    size_t len;
+    FILE *f = open_memstream(&text, &len);
+
+    (void)state;
+    assert_non_null(reply);
+    assert_int_equal(dx_devices_print_reply(f, reply), 0);
+    fclose(f);
+    assert_string_equal(text, "streams:\n"
+                              "  # Depth One\n"
+                              "  # node /dev/a, serial 84, at 1-2\n"
+                              "  # stream hall has it open\n"
+                              "  - name: two-1\n"
+                              "    two:\n"
+                              "      serial: \"84\"\n"
+                              "  # Depth Two\n"
+                              "  # node /dev/b, no serial, at 1-3\n"
+                              "  # the service cannot open it: not allowed\n"
+                              "  - name: two-2\n"
+                              "    two: {}\n");
+    free(text);
+    json_decref(reply);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_service_names_its_streams),
         cmocka_unit_test(lists_streams_to_paste),
         cmocka_unit_test(lists_json),
         cmocka_unit_test(says_that_nothing_is_attached),

@@ -96,7 +96,7 @@ static void serve(const struct place *p, uint64_t n, int ready_fd)
     fail_alloc_arm(n);
     o->result = dx_config_load(&config, p->config, &err);
     if (o->result == 0)
-        o->result = dx_service_run(&config, ready_fd, &err);
+        o->result = dx_service_run(&config, p->config, ready_fd, &err);
     o->has_failed = fail_alloc_has_failed();
     memcpy(o->text, err.text, sizeof(o->text));
     _exit(0);

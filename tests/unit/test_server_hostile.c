@@ -1,7 +1,6 @@
 /* Clients that break the protocol, and limits: each gets its answer, and nobody else notices. */
-#include "tests/unit/server_client.h"
+#include "tests/unit/control_ask.h"
 
-#include <jansson.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -305,25 +304,6 @@ static void test_paths(void **state)
 /* ---- the control socket
  * -------------------------------------------------------------------------- */
 
-/* One line of answer, parsed; a fresh reference. */
-static json_t *ask(int fd, const char *line)
-{
-    static char reply[1 << 16];
-    size_t len = 0;
-    json_t *o;
-
-    assert_int_equal(send(fd, line, strlen(line), MSG_NOSIGNAL), strlen(line));
-    do {
-        ssize_t n = recv(fd, reply + len, sizeof(reply) - 1 - len, 0);
-
-        assert_true(n > 0);
-        len += (size_t)n;
-    } while (reply[len - 1] != '\n');
-    o = json_loadb(reply, len, 0, NULL);
-    assert_non_null(o);
-    return o;
-}
-
 static json_int_t get_int(const json_t *o, const char *key)
 {
     assert_true(json_is_integer(json_object_get(o, key)));
@@ -356,7 +336,7 @@ static void test_status(void **state)
     client_until_frame(c, 3);
     fixture_frames(fx, 4); /* after the snapshot: latencies are of what comes live */
     client_until_frame(c, 4);
-    reply = ask(fd, "{\"request\":\"status\"}\n");
+    reply = control_ask(fd, "{\"request\":\"status\"}\n");
     stream = json_array_get(json_object_get(reply, "streams"), 0);
     client = json_array_get(json_object_get(reply, "clients"), 0);
     assert_string_equal(json_string_value(json_object_get(stream, "name")), "test");
@@ -384,20 +364,21 @@ static void test_control_errors(void **state)
 
     (void)state;
     for (int k = 0; k < 5; k++) {
-        json_t *reply = ask(fd, lines[k]);
+        json_t *reply = control_ask(fd, lines[k]);
 
         assert_non_null(json_string_value(json_object_get(reply, "error")));
         json_decref(reply);
     }
     memset(text, 'x', sizeof(text)); /* a line without an end */
     send(fd, text, sizeof(text), MSG_NOSIGNAL);
+    control_expect_error(control_hear(fd), "too long a request");
     assert_true(recv(fd, text, sizeof(text), 0) <= 0);
     close(fd);
     for (int k = 0; k < 40; k++) { /* idle ones give way */
         int other = client_socket(fx->control, 0);
 
         if (k == 39) {
-            json_t *reply = ask(other, "{\"request\":\"quit\"}\n");
+            json_t *reply = control_ask(other, "{\"request\":\"quit\"}\n");
 
             json_decref(reply);
             fixture_join_server(fx);

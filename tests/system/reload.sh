@@ -1,0 +1,120 @@
+#!/bin/sh
+# The configuration is read again while the service runs: what subscribers of each stream see (reload_watch.c), what a service
+# manager is told, what is refused and changes nothing, what counts from the next start only, and that reloads leave
+# nothing behind.
+set -u
+. tests/daemon.sh
+dexel=$B/bin/dexel
+yaml=$run/dexeld.yaml
+sock=$run/mesh.sock
+bad=0
+wrong() { echo "wrong: $*"; bad=1; }
+
+top() { printf 'socket: %s\ncontrol_socket: %s.control\n' "$sock" "$sock"; }
+# stream NAME SYNTHETIC...
+stream() { printf '  - name: %s\n    synthetic: {%s}\n' "$1" "$2"; }
+still='scene: moving-box, size: 160x120, noise: 0.001, fps: 8'
+box='scene: moving-box, size: 100x80, fps: 8'
+box2='scene: moving-box, size: 260x180, noise: 0.002, fps: 8'
+
+# says STATUS TEXT: what `dexel reload` does
+says() {
+  code=0
+  timeout 100 "$dexel" reload --socket "$sock" >"$run/said" 2>&1 || code=$?
+  [ $code = "$1" ] || wrong "reload: status $code, expected $1: $(cat "$run/said")"
+  grep -qF -- "$2" "$run/said" || wrong "reload said '$(cat "$run/said")', expected '$2'"
+}
+frames() { timeout 100 "$dexel" cat --socket "$sock" --stream "$1" --frames 2 --quiet || wrong "no mesh of $1"; }
+
+# ---- what subscribers see, and what the service manager is told
+{ top; echo streams:; stream still "$still"; stream box "$box"; stream gone "$box"; } >"$yaml"
+{ top; echo '# one line more'; echo streams:; stream come "$box"; stream box "$box2"; stream still "$still"; } >"$run/next"
+mkfifo "$run/told"
+"$B/tests/notified" "$run/notify" >"$run/told" &
+notified=$!
+exec 7<"$run/told"
+read -r line <&7 # it listens
+export NOTIFY_SOCKET="$run/notify"
+start_dexeld -c "$yaml" || exit 1
+unset NOTIFY_SOCKET
+read -r line <&7
+[ "$line" = READY=1 ] || wrong "at the start told '$line'"
+timeout 100 "$B/tests/reload_watch" "$sock" "$sock.control" "$yaml" "$run/next" || wrong "subscribers at a reload"
+for expected in RELOADING=1 MONOTONIC_USEC= READY=1 STATUS=reloaded; do
+  read -r line <&7
+  case $line in $expected*) ;; *) wrong "told '$line', expected $expected" ;; esac
+done
+
+# ---- by SIGHUP
+{ top; echo streams:; stream still "$still"; stream hup "$box"; } >"$yaml"
+kill -HUP "$dexeld_pid"
+for expected in RELOADING=1 MONOTONIC_USEC= READY=1 STATUS=reloaded; do
+  read -r line <&7
+  case $line in $expected*) ;; *) wrong "SIGHUP: told '$line', expected $expected" ;; esac
+done
+frames hup
+
+# ---- what is refused changes nothing
+cp "$yaml" "$run/good.yaml"
+{ top; echo streams:; stream still "$box"; stream hup "$box" | sed 's/fps: 8/fps: often/'; } >"$yaml"
+says 1 "$yaml:7:"
+grep -qF "$yaml:7:" "$run/dexeld.log" || wrong "the log does not say why"
+rm "$yaml"
+says 1 "$yaml: No such file"
+{ cat "$run/good.yaml"; stream more "$box"; printf '  - name: scan\n    file: {path: %s/none.pcd}\n' "$run"; } >"$yaml"
+says 1 "$yaml:10: stream scan: "
+"$dexel" cat --socket "$sock" --stream more --frames 1 --quiet 2>/dev/null && wrong "a refused reload added a stream"
+frames hup
+cp "$run/good.yaml" "$yaml"
+says 0 "0 added"
+grep -qF "2 unchanged: still, hup" "$run/said" || wrong "reload said '$(cat "$run/said")'"
+
+# ---- what counts from the next start on; the rest is applied
+sed -e "s|^socket: .*|socket: $run/other.sock|" -e '2a threads: 1\nlog_level: debug' -e 's/name: hup/name: hop/' "$run/good.yaml" >"$yaml"
+says 0 "from the next start on: socket, threads"
+frames hop
+[ ! -e "$run/other.sock" ] || wrong "a socket was made at the new path"
+grep -qF "socket: the value in $yaml counts from the next start on" "$run/dexeld.log" || wrong "the log does not tell of the socket"
+grep -q "server: client .* connected" "$run/dexeld.log" || wrong "the log level was not applied"
+
+# ---- reloads leave nothing behind
+{ top; echo streams:; stream still "$still"; stream box "$box"; stream gone "$box"; } >"$run/a"
+{ top; echo streams:; stream still "$still"; stream come "$box"; stream box "$box2"; } >"$run/b"
+count() {
+  ls "/proc/$dexeld_pid/$1" | wc -l
+}
+twice() {
+  cp "$run/a" "$yaml" && says 0 "1 unchanged: still"
+  frames box
+  cp "$run/b" "$yaml" && says 0 "1 unchanged: still"
+  frames box
+}
+"$dexel" cat --socket "$sock" --stream still --quiet &
+client=$!
+for n in 1 2 3 4 5; do twice; done
+fds=$(count fd) tasks=$(count task) rss=$(sed -n 's/^VmRSS:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$dexeld_pid/status")
+for n in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25; do twice; done
+rss_after=$(sed -n 's/^VmRSS:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$dexeld_pid/status")
+echo "after 50 reloads more: $fds and $(count fd) descriptors, $tasks and $(count task) threads, $rss and $rss_after KiB"
+[ "$(count fd)" = "$fds" ] || wrong "descriptors are left"
+[ "$(count task)" = "$tasks" ] || wrong "threads are left"
+if "$B/tests/sanitized"; then
+  [ $((rss_after - rss)) -lt 4096 ] || wrong "memory grows"
+fi
+kill $client
+wait $client 2>/dev/null
+
+# ---- the end in the middle of a reload
+cp "$run/a" "$yaml"
+kill -HUP "$dexeld_pid"
+stop_dexeld || wrong "status $dexeld_status after SIGTERM during a reload"
+kill $notified
+
+# ---- without a file
+"$dexel" sim sphere -o "$run/scan.pcd" --size 60x40 || exit 1
+start_dexeld --replay "$run/scan.pcd" --loop --socket "$sock" || exit 1
+says 1 "there is no configuration file to read again"
+kill -HUP "$dexeld_pid"
+timeout 100 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "a replay did not survive SIGHUP"
+stop_dexeld || wrong "status $dexeld_status of a replay"
+exit $bad

@@ -1,0 +1,141 @@
+/*
+ * reload_watch SOCKET CONTROL CONFIG NEXT: subscribers while NEXT takes the place of the
+ * configuration file. Of the streams, `still` is the same in both, `box` another one, `gone` is not
+ * in NEXT, and `come` is only there. Who is on `still` sees every epoch and no RESET; who is on
+ * `box` is told RESET once and then holds exactly the new mesh; who is on `gone` is told so.
+ */
+#include "tests/system/follower.h"
+#include "tools/control_client.h"
+
+#include <errno.h>
+
+enum { STILL, STILL_F32, BOX, BOX_Q16, N_STAY, GONE = N_STAY, N_ALL };
+
+static struct follower all[N_ALL] = {{.name = "still"},
+                                     {.name = "still, f32"},
+                                     {.name = "box"},
+                                     {.name = "box, q16"},
+                                     {.name = "gone"}};
+static struct follower *const each[N_ALL] = {&all[0], &all[1], &all[2], &all[3], &all[4]};
+
+static void open_all(const char *socket)
+{
+    static const struct {
+        const char *stream;
+        enum dexel_encoding encoding;
+    } as[N_ALL] = {{"still", DEXEL_Q16},
+                   {"still", DEXEL_F32},
+                   {"box", DEXEL_F32},
+                   {"box", DEXEL_Q16},
+                   {"gone", DEXEL_F32}};
+
+    for (int k = 0; k < N_ALL; k++)
+        follower_open(each[k], socket, as[k].stream, as[k].encoding);
+}
+
+/* Until each of the first n has so many commits more. */
+static void await_commits(unsigned n, unsigned more)
+{
+    unsigned due[N_ALL];
+
+    for (unsigned k = 0; k < n; k++)
+        due[k] = each[k]->n_commits + more;
+    for (unsigned k = 0; k < n; k++)
+        while (each[k]->n_commits < due[k])
+            followers_turn(each, n, -1);
+}
+
+static void await_error(struct follower *f, const char *text)
+{
+    int r = 0;
+
+    while (r == 0) {
+        struct pollfd p = {dexel_fd(f->d), dexel_events(f->d), 0};
+
+        if (poll(&p, 1, FOLLOWER_SILENCE_MS) <= 0)
+            die("%s: nothing from the service", f->name);
+        r = dexel_dispatch(f->d);
+    }
+    if (r != -EPROTO || !strstr(dexel_error(f->d), text))
+        die("%s: found '%s', expected '%s'", f->name, dexel_error(f->d), text);
+}
+
+/* A subscriber that comes after it all holds the same at the same epoch. */
+static void check_beside_a_new_one(struct follower *f, const char *socket, const char *stream)
+{
+    struct follower late = {.name = "late"};
+    struct follower *both[] = {f, &late};
+    const struct follower_commit *a = NULL, *b = NULL;
+
+    follower_open(&late, socket, stream, DEXEL_F32);
+    while (!a || !b) {
+        followers_turn(both, 2, -1);
+        b = late.n_commits ? follower_at(&late, late.last.epoch) : NULL;
+        a = b ? follower_at(f, late.last.epoch) : NULL;
+    }
+    if (a->digest != b->digest || !a->digest)
+        die("%s: holds another mesh than a new subscriber", f->name);
+    follower_close(&late);
+}
+
+static void expect(const char *reply, const char *part)
+{
+    if (!strstr(reply, part))
+        die("reload: answered '%s', expected '%s' in it", reply, part);
+}
+
+static void reload(const char *control, const char *config, const char *next)
+{
+    struct dx_err err;
+    char *reply;
+
+    if (rename(next, config) < 0)
+        die("%s: %s", next, strerror(errno));
+    if (dx_control_ask_within(&reply, control, "{\"request\":\"reload\"}", FOLLOWER_SILENCE_MS,
+                              &err) < 0)
+        die("%s", err.text);
+    expect(reply, "\"added\":[\"come\"]");
+    expect(reply, "\"changed\":[\"box\"]");
+    expect(reply, "\"removed\":[\"gone\"]");
+    expect(reply, "\"unchanged\":[\"still\"]");
+    expect(reply, "\"restart\":[]");
+    free(reply);
+}
+
+static void check(const char *socket)
+{
+    struct follower come = {.name = "come"};
+    struct follower *one = &come;
+
+    for (int k = STILL; k <= STILL_F32; k++)
+        if (all[k].n_resets || all[k].n_missed)
+            die("%s: %u resets and %u epochs missed, expected none", all[k].name, all[k].n_resets,
+                all[k].n_missed);
+    for (int k = BOX; k <= BOX_Q16; k++) {
+        if (all[k].n_resets != 1 || all[k].n_tiles != 15)
+            die("%s: %u resets, %u tiles, expected 1 and 15", all[k].name, all[k].n_resets,
+                all[k].n_tiles);
+        check_beside_a_new_one(&all[k], socket, "box");
+    }
+    follower_open(&come, socket, "come", DEXEL_DELTA);
+    while (come.n_commits < 3)
+        followers_turn(&one, 1, -1);
+    follower_close(&come);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 5)
+        die("usage: reload_watch SOCKET CONTROL CONFIG NEXT");
+    open_all(argv[1]);
+    await_commits(N_ALL, 3);
+    reload(argv[2], argv[3], argv[4]);
+    await_error(each[GONE], "the configuration has no stream 'gone' any more");
+    while (!all[BOX].n_resets || !all[BOX_Q16].n_resets)
+        followers_turn(each, N_STAY, -1);
+    await_commits(N_STAY, 5);
+    check(argv[1]);
+    for (int k = 0; k < N_ALL; k++)
+        follower_close(each[k]);
+    return 0;
+}

@@ -1,0 +1,51 @@
+/* dexel reload: has a running dexeld read its configuration again, and tells what became of it. */
+#include "tools/cmd.h"
+#include "tools/service_request.h"
+
+#include <stdio.h>
+
+static const char help[] =
+    "usage: dexel reload [--socket PATH] [--json]\n"
+    "Has a running dexeld read its configuration file again. Streams that are the same there go "
+    "on\n"
+    "undisturbed; a file that is not right changes nothing.\n\n" DX_SERVICE_REQUEST_HELP;
+
+/* ": hall, box" */
+static void put_names(const json_t *list)
+{
+    for (size_t k = 0; k < json_array_size(list); k++)
+        printf("%s %s", k ? "," : ":", json_string_value(json_array_get(list, k)));
+    putchar('\n');
+}
+
+static int show(const json_t *reply, struct dx_err *err)
+{
+    static const char *const did[] = {"added", "changed", "removed", "unchanged"};
+    const json_t *restart = json_object_get(reply, "restart");
+
+    (void)err;
+    for (size_t k = 0; k < sizeof(did) / sizeof(did[0]); k++) {
+        const json_t *list = json_object_get(reply, did[k]);
+
+        printf("%zu %s", json_array_size(list), did[k]);
+        put_names(list);
+    }
+    if (json_array_size(restart)) {
+        printf("from the next start on");
+        put_names(restart);
+    }
+    return 0;
+}
+
+int cmd_reload(int argc, char **argv)
+{
+    static const struct dx_service_request r = {
+        .command = "dexel reload",
+        .request = "{\"request\":\"reload\"}",
+        .help = help,
+        .timeout_ms = 120000, /* sources are opened, threads waited for */
+        .show = show,
+    };
+
+    return dx_service_request_run(&r, argc, argv);
+}
