@@ -105,7 +105,7 @@ static void tell_cloud(const struct dx_mesh_job *job)
     if (c->n_strays)
         fprintf(stderr, ", %u too far from the others", c->n_strays);
     if (c->n_duplicates)
-        fprintf(stderr, ", %u duplicates", c->n_duplicates);
+        fprintf(stderr, ", %u duplicates (nearer than %.2g)", c->n_duplicates, c->step);
     fprintf(stderr, "; spacing %.3g, noise %.3g\n", job->spacing, job->noise);
 }
 

@@ -10,7 +10,7 @@
 static const char help[] =
     "  --fit N             neighbours that a normal is fitted to: 3 to 64 (16 to 64 by the noise)\n"
     "  --near N            candidates of a point at first: 3 to 64 (16; more where it is noisy)\n"
-    "  --flatten turn|shadow\n"
+    "  --flatten auto|turn|shadow\n"
     "                      how they come into its tangent plane: turned about the point, at their\n"
     "                      distance, or straight down (shadow where the points are noisy)\n"
     "  --reach circles|paper\n"

@@ -20,7 +20,7 @@
 #include <string.h>
 
 #define DEFAULT_FPS 10.0
-#define NO_FORMAT   "neither PTX nor PCD nor MCAP"
+#define NO_FORMAT   "neither PTX nor PCD nor MCAP (a cloud without an order is for dexel mesh --mode)"
 
 struct dx_device {
     struct dx_file_config config; /* without its texts */

@@ -67,6 +67,8 @@ int dx_point_list_parse(struct dx_point_list *list, const uint8_t *bytes, size_t
     int rc;
 
     list->n = 0;
+    if (len >= 8 && memcmp(bytes, "ASTM-E57", 8) == 0)
+        return dx_err_set(err, -EBADMSG, "E57 is not read, expected PLY, PCD, PTX or text");
     rc = find(bytes, len, name)->parse(list, bytes, len, err);
     if (rc < 0)
         list->n = 0;

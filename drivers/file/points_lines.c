@@ -96,18 +96,29 @@ static int read_keyword(struct dx_point_list *list, struct dx_text_cursor *c, bo
     return dx_text_error(c, c->p, "x y z");
 }
 
+/* The number of points that PTS tells before them. */
+struct count {
+    bool is_told;
+    double n;
+};
+
 /* A line that begins with a number: a point, or the number of them. */
-static int read_numbers(struct dx_point_list *list, struct dx_text_cursor *c, bool *counted)
+static int read_numbers(struct dx_point_list *list, struct dx_text_cursor *c, struct count *count)
 {
+    const char *const start = c->p;
     double v[3];
     const int n = take_numbers(c, v, 3);
 
     if (n < 0)
         return n;
-    if (n == 1 && list->n == 0 && !*counted) {
-        *counted = true;
-        return 0;
+    if (n == 1 && list->n == 0 && !count->is_told) {
+        *count = (struct count){true, v[0]};
+        return v[0] >= 0 && v[0] <= DX_POINT_LIST_MAX
+                   ? 0
+                   : dx_text_error(c, start, "x y z, or the number of points");
     }
+    if (count->is_told && (double)list->n >= count->n)
+        return dx_text_error(c, start, "no more points than the first line tells");
     if (n < 3)
         return dx_text_error(c, c->p, "x y z");
     return dx_point_list_add(list, v, c->err);
@@ -125,7 +136,8 @@ static int lines_parse(struct dx_point_list *list, const uint8_t *bytes, size_t 
                        struct dx_err *err)
 {
     struct dx_text_cursor c = dx_text_cursor_init(bytes, len, err);
-    bool is_range_file = false, counted = false;
+    struct count count = {0};
+    bool is_range_file = false;
 
     while (c.p < c.end) {
         int rc = 0;
@@ -134,11 +146,14 @@ static int lines_parse(struct dx_point_list *list, const uint8_t *bytes, size_t 
         if (c.p < c.end && is_letter(*c.p) && !is_nan(&c))
             rc = read_keyword(list, &c, &is_range_file);
         else if (c.p < c.end && *c.p != '\n' && *c.p != '#' && *c.p != '/')
-            rc = read_numbers(list, &c, &counted);
+            rc = read_numbers(list, &c, &count);
         if (rc < 0)
             return rc;
         dx_text_skip_line(&c);
     }
+    if (count.is_told && (double)list->n < count.n)
+        return dx_err_set(err, -EBADMSG, "line %llu: the file ends after %zu points, expected %.0f",
+                          (unsigned long long)c.line, list->n, count.n);
     return 0;
 }
 

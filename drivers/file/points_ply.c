@@ -171,6 +171,8 @@ static int read_header(struct ply *s)
     unsigned axes = 0;
     int rc;
 
+    if (!takes(&s->c, "ply"))
+        return dx_text_error(&s->c, s->c.p, "ply");
     dx_text_skip_line(&s->c);
     do
         rc = read_line(s);
@@ -241,7 +243,11 @@ static int take_property(struct ply *s, const struct property *p, double xyz[3])
     int rc = p->is_list ? take_value(s, p->count_type, &n) : 0;
 
     if (rc == 0 && !(n >= 0 && n <= DX_POINT_LIST_MAX))
-        return dx_err_set(s->c.err, -EBADMSG, "a list of %g values, expected 0 or more", n);
+        return dx_err_set(s->c.err, -EBADMSG, "%s %llu: a list of %.0f values, expected 0 to 2^30",
+                          s->form == TEXT ? "line" : "before byte",
+                          s->form == TEXT ? (unsigned long long)s->c.line
+                                          : (unsigned long long)(s->r.p - s->start),
+                          n);
     for (double k = 0; k < n && rc == 0; k++) {
         rc = take_value(s, p->type, &value);
         if (rc == 0 && p->is_face && s->triangles)

@@ -40,29 +40,52 @@ static int parse_binary(struct dx_point_list *list, const uint8_t *bytes, struct
     return 0;
 }
 
+/* Past the word, when the line goes on with it. */
+static bool takes(struct dx_text_cursor *c, const char *word)
+{
+    const size_t len = strlen(word);
+
+    if ((size_t)(c->end - c->p) < len || memcmp(c->p, word, len) != 0 ||
+        !dx_text_ends_word(c, c->p + len))
+        return false;
+    c->p += len;
+    return true;
+}
+
+static int take_vertex(struct dx_point_list *list, struct dx_text_cursor *c)
+{
+    double p[3];
+    int rc = 0;
+
+    for (int k = 0; k < 3 && rc == 0; k++)
+        rc = dx_text_number(c, &p[k], "vertex x y z");
+    return rc == 0 ? dx_point_list_add(list, p, c->err) : rc;
+}
+
+/* Solids, one after the other; what a facet says besides its vertices is passed over. */
 static int parse_text(struct dx_point_list *list, const uint8_t *bytes, size_t len,
                       struct dx_err *err)
 {
-    static const char word[] = "vertex";
     struct dx_text_cursor c = dx_text_cursor_init(bytes, len, err);
+    bool is_open = false;
 
     while (c.p < c.end) {
-        double p[3];
         int rc = 0;
 
-        if (dx_text_next_word(&c) && (size_t)(c.end - c.p) >= sizeof(word) &&
-            memcmp(c.p, word, sizeof(word) - 1) == 0) {
-            c.p += sizeof(word) - 1;
-            for (int k = 0; k < 3 && rc == 0; k++)
-                rc = dx_text_number(&c, &p[k], "vertex x y z");
-            if (rc == 0)
-                rc = dx_point_list_add(list, p, err);
-        }
+        if (!dx_text_next_word(&c))
+            ;
+        else if (is_open && takes(&c, "vertex"))
+            rc = take_vertex(list, &c);
+        else if (takes(&c, is_open ? "endsolid" : "solid"))
+            is_open = !is_open;
+        else if (!is_open || !(takes(&c, "facet") || takes(&c, "outer") || takes(&c, "endloop") ||
+                               takes(&c, "endfacet")))
+            rc = dx_text_error(&c, c.p, is_open ? "facet, vertex or endsolid" : "solid");
         if (rc < 0)
             return rc;
         dx_text_skip_line(&c);
     }
-    return 0;
+    return is_open ? dx_text_error(&c, c.p, "endsolid") : 0;
 }
 
 static int stl_parse(struct dx_point_list *list, const uint8_t *bytes, size_t len,

@@ -10,15 +10,16 @@ static bool is_line_of(const struct dx_text_cursor *c, char word)
     return c->p < c->end && *c->p == word && dx_text_ends_word(c, c->p + 1);
 }
 
-static int take_corner(struct dx_text_cursor *c, size_t n_so_far, double *corner)
+/* Of n vertices, of which n_so_far are before this line. */
+static int take_corner(struct dx_text_cursor *c, size_t n_so_far, size_t n_all, double *corner)
 {
     const bool back = *c->p == '-';
     const char *q;
     uint64_t n;
 
     q = dx_number_parse_u64(c->p + back, c->end, &n);
-    if (!q || n == 0 || (back && n > n_so_far) || (!dx_text_ends_word(c, q) && *q != '/'))
-        return dx_text_error(c, c->p, "a vertex's number");
+    if (!q || n == 0 || n > (back ? n_so_far : n_all) || (!dx_text_ends_word(c, q) && *q != '/'))
+        return dx_text_error(c, c->p, "a vertex's number, of those that there are");
     *corner = (double)(back ? n_so_far - n : n - 1);
     while (!dx_text_ends_word(c, q))
         q++;
@@ -26,7 +27,8 @@ static int take_corner(struct dx_text_cursor *c, size_t n_so_far, double *corner
     return 0;
 }
 
-static int take_face(struct dx_triangle_list *list, struct dx_text_cursor *c, size_t n_so_far)
+static int take_face(struct dx_triangle_list *list, struct dx_text_cursor *c, size_t n_so_far,
+                     size_t n_all)
 {
     struct dx_face f = {0};
     double corner = 0;
@@ -34,11 +36,11 @@ static int take_face(struct dx_triangle_list *list, struct dx_text_cursor *c, si
 
     c->p++;
     while (rc == 0 && dx_text_next_word(c)) {
-        rc = take_corner(c, n_so_far, &corner);
+        rc = take_corner(c, n_so_far, n_all, &corner);
         if (rc == 0)
             rc = dx_face_add(&f, list, corner, c->err);
     }
-    return rc;
+    return rc == 0 && f.n < 3 ? dx_text_error(c, c->p, "three corners or more") : rc;
 }
 
 int dx_triangles_obj_parse(struct dx_triangle_list *list, struct dx_point_list *points,
@@ -52,7 +54,7 @@ int dx_triangles_obj_parse(struct dx_triangle_list *list, struct dx_point_list *
         dx_text_next_word(&c);
         n_so_far += is_line_of(&c, 'v');
         if (is_line_of(&c, 'f'))
-            rc = take_face(list, &c, n_so_far);
+            rc = take_face(list, &c, n_so_far, points->n);
         if (rc == 0)
             dx_text_skip_line(&c);
     }

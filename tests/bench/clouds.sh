@@ -53,12 +53,13 @@ measure() {
   mesh=$(awk '{print $3}' "$run/times" | sort -n | head -n 1)
   points=$(value input_points)
   triangles=$(value triangles)
+  boundary=$(value boundary_edges)
 }
 
 # model NAME FILE TRIANGLES INIT RECONSTRUCTION: the last three of the paper, or -
 model() {
   measure "$2"
-  full="$points $triangles $((2 * points - triangles)) $(printf '%.4f %.4f' "$init" "$mesh")"
+  full="$points $triangles $((2 * points - triangles)) $boundary $(printf '%.4f %.4f' "$init" "$mesh")"
   speed=$(awk -v m="$mesh" -v p="$5" 'BEGIN {if (p + 0) printf "%.0f", p / m; else print "-"}')
   measure "$2" --plane axis
   [ "$3" = - ] && left=- || left=$((2 * $6 - $3))
@@ -72,7 +73,7 @@ stand_in() { # NAME POINTS TRIANGLES INIT RECONSTRUCTION
 }
 
 table_of_the_paper() {
-  columns model points triangles 2V-T 'init, s' 'mesh, s' "paper's T" 2V-T 'init, s' 'rec., s' times 'axis: 2V-T' 'mesh, s'
+  columns model points triangles 2V-T boundary 'init, s' 'mesh, s' "paper's T" 2V-T 'init, s' 'rec., s' times 'axis: 2V-T' 'mesh, s'
   stand_in Mannequin 12772 25349 0.2405 3.9289
   stand_in Club 16864 33660 0.2758 3.9644
   stand_in Foot 20021 39919 0.3802 5.2725

@@ -119,8 +119,10 @@ static void refuses(void **state)
         const char *name, *text, *says;
     } cases[] = {
         {"a.xyz", "1 2 3\n", "PLY, OBJ or STL"},
-        {"a.obj", "v 0 0 0\nf 1 1 2\n", "triangle 0: vertex 1, expected less than 1"},
-        {"a.obj", "f 1 2 3\n", "triangle 0: vertex 0, expected less than 0"},
+        {"a.obj", "v 0 0 0\nf 1 1 2\n",
+         "line 2: \"2\", expected a vertex's number, of those that there are"},
+        {"a.obj", "f 1 2 3\n", "line 1: \"1\", expected a vertex's number"},
+        {"a.obj", "v 0 0 0\nf 1 1\n", "line 2: the line ends, expected three corners"},
         {"a.obj", "v 0 0 0\nf 1 1 0\n", "line 2: "},
         {"a.obj", "v 0 0 0\nf 1 1 -2\n", "line 2: "},
         {"a.obj", "v 0 0 0\nf 1 1 1x", "line 2: "},
