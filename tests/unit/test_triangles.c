@@ -127,7 +127,7 @@ static void refuses(void **state)
         {"a.obj", "v 0 0 0\nf 1 1 -2\n", "line 2: "},
         {"a.obj", "v 0 0 0\nf 1 1 1x", "line 2: "},
         {"a.obj", "v 0 0 0\nv nan 0 0\nf 1 1 2\n", "vertex 1: "},
-        {"a.stl", "solid a\nvertex 0 0 0\nvertex 1 0 0\n", "2 vertices"},
+        {"a.stl", "solid a\nvertex 0 0 0\nvertex 1 0 0\nendsolid\n", "2 vertices"},
         {"a.ply",
          "ply\nformat ascii 1.0\n" PLY_VERTICES
          "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
