@@ -170,6 +170,9 @@ $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(s
 $(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=ioctl,--wrap=open,--wrap=clock_gettime
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
+SCIP_DEVICE := $(call obj,tests/hil/scip_device.c tests/hil/scip_replies.c)
+$(addprefix $(B)/tests/,test_scip_session test_hokuyo test_hokuyo_usb test_stage scip_sim): $(SCIP_DEVICE)
+$(B)/bench/bench_scip $(B)/hil/bin/redir_scip: $(SCIP_DEVICE)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 # Waits that run out fast: tests/unit/fast_waits.c
 FAST_WAITS := $(addprefix $(B)/tests/,test_reader_device test_kinect_usb test_hokuyo)
@@ -184,7 +187,7 @@ $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
 # Simulated devices, usable by hand.
 $(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 check: deps
 	@$(MAKE) --no-print-directory all $(UNIT) $(SYSTEM)
