@@ -2,6 +2,7 @@
 #include "drivers/replay.h"
 
 #include "drivers/driver.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -10,14 +11,6 @@
 #include <unistd.h>
 
 #define NS_PER_S 1000000000u
-
-uint64_t dx_pace_now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * NS_PER_S + (uint64_t)t.tv_nsec;
-}
 
 int dx_pace_init(struct dx_pace *p, double rate)
 {
@@ -81,7 +74,7 @@ int dx_pace_idle(struct dx_pace *p)
 
 int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)
 {
-    uint64_t now = dx_pace_now(), until;
+    uint64_t now = dx_clock_ns(), until;
     int rc;
 
     if (p->start_ns == 0) {
@@ -91,7 +84,7 @@ int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)
     until = due(p, stamp_ns);
     do {
         rc = wait_ns(p, until > now ? until - now : 0);
-        now = dx_pace_now();
+        now = dx_clock_ns();
     } while (rc == 0 && now < until);
     return rc;
 }

@@ -7,7 +7,7 @@
 #include "drivers/kinect/kinect_clock.h"
 #include "drivers/kinect/kinect_decode.h"
 #include "drivers/kinect/kinect_link.h"
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -62,7 +62,7 @@ static uint8_t *take_frame(void *ctx, const struct dx_kinect_frame *frame)
 {
     struct dx_device *dev = ctx;
     struct dx_kinect_header *h = &dev->header;
-    uint64_t now = dx_pace_now();
+    uint64_t now = dx_clock_ns();
 
     h->ticks = frame->ticks;
     h->n_lost = frame->n_lost;
@@ -187,7 +187,7 @@ static void kinect_stop(struct dx_device *dev)
 {
     if (!dev->stream)
         return;
-    dev->link.due_ns = dx_pace_now() + STOP_NS;
+    dev->link.due_ns = dx_clock_ns() + STOP_NS;
     if (dev->config.near) /* it would stay so for the next program */
         dx_kinect_link_near(&dev->link, false, NULL);
     dx_kinect_link_stop(&dev->link, NULL); /* while packets still have somewhere to go */
@@ -225,10 +225,10 @@ static int kinect_start(struct dx_device *dev, struct dx_err *err)
 
 static int kinect_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
 {
-    uint64_t until_ns = dx_pace_now() + UINT64_C(1000000) * ROUND_MS;
+    uint64_t until_ns = dx_clock_ns() + UINT64_C(1000000) * ROUND_MS;
 
     while (dev->head == dev->tail) {
-        uint64_t now = dx_pace_now();
+        uint64_t now = dx_clock_ns();
         int r = now < until_ns ? dx_usb_wait(dev->link.usb, (int)((until_ns - now) / 1000000), err)
                                : DX_DRIVER_E_AGAIN;
 
