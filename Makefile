@@ -162,6 +162,7 @@ $(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
+$(B)/tests/test_hokuyo_usb: override LDFLAGS += -Wl,--wrap=poll,--wrap=clock_gettime
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
 UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_gpio_kernel)
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)

@@ -24,12 +24,17 @@ struct port {
     bool greeted;
 };
 
+struct request { /* of bulk IN */
+    uint64_t id;
+    size_t len;
+};
+
 static struct {
     const struct redir_device *device;
     struct port ports[REDIR_N_PORTS];
-    struct port *in, *last;        /* where the device is plugged, or NULL; and was before */
-    uint64_t left;                 /* bytes until it is unplugged; UINT64_MAX: never */
-    uint64_t waiting[MAX_WAITING]; /* ids of bulk IN requests, the oldest first */
+    struct port *in, *last;              /* where the device is plugged, or NULL; and was before */
+    uint64_t left;                       /* bytes until it is unplugged; UINT64_MAX: never */
+    struct request waiting[MAX_WAITING]; /* the oldest first */
     unsigned n_waiting;
     bool iso_runs;
 } bus = {.last = bus.ports, .left = UINT64_MAX};
@@ -120,7 +125,7 @@ void redir_plug(bool elsewhere)
 {
     const uint8_t *d = bus.device->device;
     struct usb_redir_device_connect_header connect = {
-        .speed = usb_redir_speed_high,
+        .speed = bus.device->full_speed ? usb_redir_speed_full : usb_redir_speed_high,
         .device_class = d[4],
         .device_subclass = d[5],
         .device_protocol = d[6],
@@ -305,9 +310,14 @@ static void on_bulk(void *priv, uint64_t id, struct usb_redir_bulk_packet_header
                     uint8_t *data, int data_len)
 {
     const struct port *port = priv;
-    (void)data_len;
+    size_t len = (size_t)header->length_high << 16 | header->length;
+
     if (port == bus.in && header->endpoint == bus.device->endpoint && bus.n_waiting < MAX_WAITING) {
-        bus.waiting[bus.n_waiting++] = id;
+        bus.waiting[bus.n_waiting++] = (struct request){id, len};
+    } else if (port == bus.in && bus.device->out && header->endpoint == bus.device->out) {
+        header->status = usb_redir_success;
+        usbredirparser_send_bulk_packet(port->parser, id, header, NULL, 0);
+        bus.device->came(data, (size_t)data_len);
     } else {
         header->status = usb_redir_stall;
         header->length = header->length_high = 0;
@@ -330,7 +340,7 @@ static void on_cancel(void *priv, uint64_t id)
                                                   .status = usb_redir_cancelled};
 
     for (unsigned i = 0; i < bus.n_waiting; i++) {
-        if (bus.waiting[i] != id)
+        if (bus.waiting[i].id != id)
             continue;
         take_out(i);
         usbredirparser_send_bulk_packet(port->parser, id, &header, NULL, 0);
@@ -343,11 +353,16 @@ unsigned redir_n_waiting(void)
     return bus.n_waiting;
 }
 
+size_t redir_bulk_room(void)
+{
+    return bus.waiting[0].len;
+}
+
 void redir_bulk_in(const uint8_t *bytes, size_t len)
 {
     struct usb_redir_bulk_packet_header header = {.endpoint = bus.device->endpoint,
                                                   .status = usb_redir_success};
-    uint64_t id = bus.waiting[0];
+    uint64_t id = bus.waiting[0].id;
 
     len = spend(len, &header.status);
     header.length = (uint16_t)(len & 0xffff);
@@ -356,6 +371,29 @@ void redir_bulk_in(const uint8_t *bytes, size_t len)
     usbredirparser_send_bulk_packet(bus.in->parser, id, &header, (uint8_t *)(uintptr_t)bytes,
                                     (int)len);
     unplug_when_spent();
+}
+
+/* ---- interrupts: there is nothing to notify of ------------------------------------------------
+ */
+
+static void tell_interrupts(const struct port *port, uint64_t id, uint8_t endpoint)
+{
+    struct usb_redir_interrupt_receiving_status_header status = {.status = usb_redir_success,
+                                                                 .endpoint = endpoint};
+
+    usbredirparser_send_interrupt_receiving_status(port->parser, id, &status);
+}
+
+static void on_start_interrupts(void *priv, uint64_t id,
+                                struct usb_redir_start_interrupt_receiving_header *start)
+{
+    tell_interrupts(priv, id, start->endpoint);
+}
+
+static void on_stop_interrupts(void *priv, uint64_t id,
+                               struct usb_redir_stop_interrupt_receiving_header *stop)
+{
+    tell_interrupts(priv, id, stop->endpoint);
 }
 
 /* ---- isochronous ------------------------------------------------------------------------------
@@ -429,6 +467,8 @@ static struct usbredirparser *parser_new(struct port *port)
     p->bulk_packet_func = on_bulk;
     p->start_iso_stream_func = on_start_iso;
     p->stop_iso_stream_func = on_stop_iso;
+    p->start_interrupt_receiving_func = on_start_interrupts;
+    p->stop_interrupt_receiving_func = on_stop_interrupts;
     p->cancel_data_packet_func = on_cancel;
     p->set_configuration_func = on_set_configuration;
     p->get_configuration_func = on_get_configuration;

@@ -1,6 +1,7 @@
 /*
  * The driver over USB: the simulated scanner as a device of umockdev (mock_usb.h), under the real
- * libusb. In real time, as the mock answers when it is asked.
+ * libusb. The monotonic clock is the test's: it goes on when a transfer is asked for and nothing is
+ * there, so nothing waits, and a busy machine changes nothing.
  */
 #include "drivers/hokuyo/hokuyo.h"
 #include "drivers/monotonic.h"
@@ -8,8 +9,12 @@
 #include "tests/unit/mock_usb.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <time.h>
 #include <cmocka.h>
 
 /* CDC-ACM as a scanner has it: communication interface 0, data interface 1. */
@@ -29,6 +34,42 @@ static bool refuses; /* the requests of CDC-ACM */
 static int n_requests;
 static uint32_t columns; /* of a turn */
 
+/* ---- the clock: by the linker's wraps (Makefile) ----------------------------------------------
+ */
+
+#define CALL_NS 1000    /* of asking what time it is */
+#define IDLE_NS 1000000 /* of a transfer that stays queued */
+
+int __real_clock_gettime(clockid_t id, struct timespec *t);
+int __wrap_clock_gettime(clockid_t id, struct timespec *t);
+int __real_poll(struct pollfd *fds, nfds_t n, int timeout_ms);
+int __wrap_poll(struct pollfd *fds, nfds_t n, int timeout_ms);
+
+static _Atomic uint64_t time_ns = UINT64_C(1000000000000);
+
+int __wrap_clock_gettime(clockid_t id, struct timespec *t)
+{
+    uint64_t now;
+
+    if (id != CLOCK_MONOTONIC)
+        return __real_clock_gettime(id, t);
+    now = atomic_fetch_add(&time_ns, CALL_NS);
+    *t = (struct timespec){(time_t)(now / 1000000000), (long)(now % 1000000000)};
+    return 0;
+}
+
+/* A nap; the mock's descriptors are always ready. */
+int __wrap_poll(struct pollfd *fds, nfds_t n, int timeout_ms)
+{
+    if (n > 0)
+        return __real_poll(fds, n, timeout_ms);
+    atomic_fetch_add(&time_ns, (uint64_t)timeout_ms * 1000000);
+    return 0;
+}
+
+/* ---- the scanners -----------------------------------------------------------------------------
+ */
+
 static int on_control(void *ctx, const uint8_t request[8], uint8_t *bytes, int len)
 {
     static const char *const texts[] = {"Hokuyo Automatic Co, Ltd.", "URG-Series USB Driver"};
@@ -47,8 +88,10 @@ static int on_in(void *ctx, uint8_t endpoint, uint8_t *bytes, int len)
 
     scip_sim_tick(s, dx_clock_ns());
     n = s->out_len < (size_t)len ? s->out_len : (size_t)len;
-    if (endpoint != 0x81 || n == 0)
+    if (endpoint != 0x81 || n == 0) {
+        atomic_fetch_add(&time_ns, IDLE_NS);
         return MOCK_USB_HOLD;
+    }
     memcpy(bytes, s->out, n);
     scip_sim_sent(s, n);
     return (int)n;
@@ -343,6 +386,8 @@ static void takes_one_that_is_free(void **state)
     struct dx_err err = {""};
 
     (void)state;
+    assert_int_equal(reach(&two, "", "H0614967", &err), -EBUSY); /* it may be asked only */
+    assert_non_null(strstr(err.text, "another program has interface"));
     expect_place(one, "H0614967", "usb 1-1");
     assert_int_equal(reach(&two, "", "", &err), -EBUSY);
     assert_non_null(strstr(err.text, "another program has interface"));
