@@ -113,8 +113,8 @@ struct dx_driver {
      * only decode, adopt, describe and close are called. */
     int (*open_decoder)(struct dx_device **out, const void *config, struct dx_err *err);
     /* Before start(), of devices that must be waited for, or asked who they are: 0: it is reached.
-     * AGAIN: call again; within 100 ms, and at once after wake(). Else as open(), and it is closed.
-     * NULL: open() has done it all. */
+     * AGAIN: call again; within a second or so, and at once after wake(). Else as open(), and it is
+     * closed. NULL: open() has done it all. */
     int (*connect)(struct dx_device *dev, struct dx_err *err);
     int (*start)(struct dx_device *dev, struct dx_err *err);
 

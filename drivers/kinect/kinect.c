@@ -138,7 +138,7 @@ static int alloc_blocks(struct dx_device *dev, struct dx_err *err)
     return 0;
 }
 
-/* All that can be asked before the stream starts. */
+/* All that is known before it is asked. */
 static int get_ready(struct dx_device *dev, struct dx_err *err)
 {
     const struct dx_kinect_config *c = &dev->config;
@@ -153,7 +153,6 @@ static int get_ready(struct dx_device *dev, struct dx_err *err)
                           about->port);
     /* The second model streams in its other alternate setting. */
     r = dx_usb_claim(dev->link.usb, 0, windows, err);
-    r = r ? r : dx_kinect_link_constants(&dev->link, &dev->header.constants, err);
     if (r)
         return r;
     dev->header.bits = c->bits;
@@ -181,6 +180,18 @@ static int kinect_open(struct dx_device **out, const void *config, struct dx_err
     }
     *out = dev;
     return 0;
+}
+
+/* A camera that does not answer is asked for a second, unless somebody wants the thread back: then
+ * it is asked anew. */
+static int kinect_connect(struct dx_device *dev, struct dx_err *err)
+{
+    int r;
+
+    dx_usb_heed_wake(dev->link.usb, true);
+    r = dx_kinect_link_constants(&dev->link, &dev->header.constants, err);
+    dx_usb_heed_wake(dev->link.usb, false);
+    return r;
 }
 
 static void kinect_stop(struct dx_device *dev)
@@ -336,6 +347,7 @@ const struct dx_driver dx_kinect_driver = {
     .subsystems = subsystems,
     .open = kinect_open,
     .open_decoder = kinect_open_decoder,
+    .connect = kinect_connect,
     .start = kinect_start,
     .read = kinect_read,
     .decode = kinect_decode,

@@ -61,6 +61,8 @@ const char *dx_usb_text(int code)
 {
     if (code == DX_DRIVER_E_GONE)
         return "it was removed";
+    if (code == DX_DRIVER_E_AGAIN)
+        return "woken";
     return code == -EPIPE ? "refused (stall)" : strerror(-code);
 }
 
@@ -220,11 +222,17 @@ bool dx_usb_calls_fini(struct dx_usb *usb)
     return control && out;
 }
 
+void dx_usb_heed_wake(struct dx_usb *usb, bool on)
+{
+    usb->heeds_wake = on;
+}
+
 /* Submits a filled transfer, and waits for it. */
 static int call(struct dx_usb *usb, struct dx_usb_call *call, int timeout_ms)
 {
     int64_t until_ms = dx_clock_ms() + timeout_ms;
-    int r;
+    bool woken = false;
+    int r = 0;
 
     if (usb->gone)
         return DX_DRIVER_E_GONE;
@@ -234,12 +242,15 @@ static int call(struct dx_usb *usb, struct dx_usb_call *call, int timeout_ms)
         return dx_usb_code(r);
     }
     call->flying = true;
-    while (call->flying && dx_clock_ms() <= until_ms)
-        if (dx_usb_pump(usb, until_ms, false) < 0)
-            break;
+    while (call->flying && !woken && r >= 0 && dx_clock_ms() <= until_ms) {
+        r = dx_usb_pump(usb, until_ms, usb->heeds_wake);
+        woken = usb->heeds_wake && r == DX_DRIVER_E_AGAIN && dx_clock_ms() < until_ms;
+    }
     call_cancel(usb, call);
     if (call->flying)
         return -EIO;
+    if (woken)
+        return DX_DRIVER_E_AGAIN;
     r = dx_usb_status_code(call->transfer->status);
     usb->gone |= r == DX_DRIVER_E_GONE;
     return r == -ECANCELED ? -ETIMEDOUT : r;

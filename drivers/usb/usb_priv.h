@@ -30,6 +30,7 @@ struct dx_usb {
     unsigned n_fds;
     bool too_many_fds;
     bool gone;
+    bool heeds_wake; /* calls do, not waits alone */
     uint64_t n_came; /* pieces given to callbacks */
     struct dx_usb_call control, out;
     struct dx_usb_stream *streams[DX_USB_MAX_STREAMS];
