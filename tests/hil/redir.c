@@ -15,8 +15,6 @@
 /* usbredir numbers endpoints 0-15 OUT, 16-31 IN */
 #define SLOT(address) (((address)&0x0f) | ((address)&0x80) >> 3)
 
-enum { TYPE_DEVICE = 1, TYPE_CONFIG = 2, TYPE_STRING = 3, TYPE_INTERFACE = 4, TYPE_ENDPOINT = 5 };
-
 /* A port of the guest's controller; of each call of the library, `priv`. */
 struct port {
     struct usbredirparser *parser;
@@ -186,61 +184,6 @@ static void unplug_when_spent(void)
 
 /* ---- requests ------------------------------------------------------------------------------- */
 
-static int string_descriptor(unsigned index, const uint8_t **bytes)
-{
-    static uint8_t text[2 + 2 * 126];
-    static const uint8_t languages[4] = {4, TYPE_STRING, 0x09, 0x04};
-    const char *s;
-    size_t n;
-
-    *bytes = languages;
-    if (index == 0)
-        return sizeof(languages);
-    for (unsigned i = 1; i < index; i++)
-        if (!bus.device->strings[i - 1])
-            return -1;
-    s = bus.device->strings[index - 1];
-    if (!s)
-        return -1;
-    for (n = 0; s[n] && n < 126; n++) {
-        text[2 + 2 * n] = (uint8_t)s[n];
-        text[3 + 2 * n] = 0;
-    }
-    text[0] = (uint8_t)(2 + 2 * n);
-    text[1] = TYPE_STRING;
-    *bytes = text;
-    return text[0];
-}
-
-static int get_descriptor(const struct redir_setup *setup, const uint8_t **bytes)
-{
-    switch (setup->value >> 8) {
-    case TYPE_DEVICE:
-        *bytes = bus.device->device;
-        return 18;
-    case TYPE_CONFIG:
-        *bytes = bus.device->config;
-        return (int)bus.device->config_len;
-    case TYPE_STRING:
-        return string_descriptor(setup->value & 0xff, bytes);
-    default:
-        return -1;
-    }
-}
-
-static int answer(const struct redir_setup *setup, const uint8_t **bytes)
-{
-    static const uint8_t zero[2];
-
-    if (setup->type == 0x80 && setup->request == 6)
-        return get_descriptor(setup, bytes);
-    if ((setup->type & 0x60) == 0) { /* standard: GET_STATUS, CLEAR_FEATURE ... */
-        *bytes = zero;
-        return setup->type & 0x80 ? 2 : 0;
-    }
-    return bus.device->control(setup, bytes);
-}
-
 static void on_control(void *priv, uint64_t id, struct usb_redir_control_packet_header *header,
                        uint8_t *data, int data_len)
 {
@@ -257,7 +200,7 @@ static void on_control(void *priv, uint64_t id, struct usb_redir_control_packet_
 
     if (!(setup.type & 0x80))
         setup.length = (uint16_t)data_len;
-    len = port == bus.in ? answer(&setup, &bytes) : -1;
+    len = port == bus.in ? redir_answer(bus.device, &setup, &bytes) : -1;
     header->status = len < 0 ? usb_redir_stall : usb_redir_success;
     if (setup.type & 0x80) {
         if (len < 0)
