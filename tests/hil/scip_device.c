@@ -89,7 +89,7 @@ static void stream(struct scip_sim *s, const char *c, uint64_t now_ns)
     scip_sim_bytes(s, "\n", 1);
     if (wrong)
         return;
-    snprintf(s->command, sizeof(s->command), "%s", c);
+    snprintf(s->command, sizeof(s->command), "%.15s", c);
     s->skip = skip;
     s->left = count;
     s->endless = count == 0;
@@ -108,7 +108,7 @@ static void single(struct scip_sim *s, const char *c, uint64_t now_ns)
         scip_sim_bytes(s, "\n", 1);
         return;
     }
-    snprintf(s->command, sizeof(s->command), "%s0", c);
+    snprintf(s->command, sizeof(s->command), "%.14s0", c);
     s->endless = true;
     scip_sim_scan(s, "00", now_ns);
 }
