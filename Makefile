@@ -163,6 +163,7 @@ $(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
+$(B)/tests/test_hokuyo_usb: override LDFLAGS += -Wl,--wrap=poll,--wrap=clock_gettime
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
 UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_gpio_kernel)
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
@@ -171,6 +172,9 @@ $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(s
 $(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=ioctl,--wrap=open,--wrap=clock_gettime
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
+SCIP_DEVICE := $(call obj,tests/hil/scip_device.c tests/hil/scip_replies.c)
+$(addprefix $(B)/tests/,test_scip_session test_hokuyo test_hokuyo_usb test_stage scip_sim): $(SCIP_DEVICE)
+$(B)/bench/bench_scip $(B)/hil/bin/redir_scip: $(SCIP_DEVICE)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 # Waits that run out fast: tests/unit/fast_waits.c
 FAST_WAITS := $(addprefix $(B)/tests/,test_reader_device test_kinect_usb test_hokuyo)
@@ -189,7 +193,7 @@ $(B)/tests/dexeld_faults: $(call obj,daemon/main.c $(FAULT_SRC)) $(LIBS)
 # Simulated devices, usable by hand.
 $(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 check: deps
 	@$(MAKE) --no-print-directory all $(UNIT) $(SYSTEM)
@@ -216,7 +220,7 @@ $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
 $(B)/hil/bin/redir_kinect: $(call obj,tests/hil/kinect_sim.c)
-$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/orders.c) $(LIBS)
+$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/usb_answers.c tests/hil/orders.c) $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lusbredirparser
 

@@ -51,9 +51,11 @@ unload_gpio_sim() {
   rmmod gpio-sim
 }
 
-# camera ORDER, kinect ORDER: to redir_uvc and redir_kinect on the other side; the answer is $answer
+# camera ORDER, kinect ORDER, scanner ORDER: to redir_uvc, redir_kinect and redir_scip on the other side; the answer is
+# $answer
 camera() { order /dev/ttyS2 "$1"; }
 kinect() { order /dev/ttyS3 "$1"; }
+scanner() { order /dev/ttyS4 "$1"; }
 order() {
   exec 4<>"$1"
   echo "$2" >&4
@@ -154,6 +156,8 @@ scip_scanner() {
   await 5 test -e "$run/scip"
 }
 scip_expect() { room_check "$run/mesh.sock" "$1" -2 -1.5 -0.8 3 2.5 1.7; }
+# scip_revolved N: the same of a scanner that stands still (redir_scip.c)
+scip_revolved() { room_check "$run/mesh.sock" "$1" -2 -1.5 -0.8 3 2.5 1.7 still; }
 
 # A scanner with USB: the gadget side of the kernel's own CDC-ACM on dummy_hcd, joined to $run/scip; plug_scip and
 # unplug_scip attach it to the bus. Its tty on the host's side is /dev/ttyACM0.
