@@ -3,7 +3,7 @@
 
 #include "daemon/aside.h"
 #include "daemon/clock.h"
-#include "daemon/control_reload.h"
+#include "daemon/control_config.h"
 #include "daemon/log.h"
 #include "daemon/reload_plan.h"
 

@@ -35,7 +35,7 @@ struct dx_reload_options {
 int dx_reload_new(struct dx_reload **out, const struct dx_reload_options *options);
 
 /* Starts one, or when one is under way another after it. Its number, from 1: that is what
- * dx_control_reloaded (control_reload.h) answers. */
+ * dx_control_reloaded (control_config.h) answers. */
 uint64_t dx_reload_ask(void *reload);
 
 /* When the loop has ended: waits for what is under way. The streams that it had in hand are then in

@@ -12,6 +12,8 @@
 #include <malloc.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
@@ -24,6 +26,7 @@ struct service {
     struct dx_server *server;
     struct dx_stream_list streams;
     struct dx_reload *reload; /* NULL: there is no file */
+    const struct dx_config *config;
 };
 
 /* The loop takes the three by signalfd, so every thread must have them blocked; a client that goes
@@ -68,6 +71,22 @@ static uint64_t reload(void *service)
     return s->reload ? dx_reload_ask(s->reload) : 0;
 }
 
+static char *config_text(void *service)
+{
+    const struct service *s = service;
+    char *text = NULL;
+    size_t len;
+    FILE *out = open_memstream(&text, &len);
+
+    if (!out)
+        return NULL;
+    dx_config_print_origins(out, s->config);
+    if (fclose(out) == 0)
+        return text;
+    free(text);
+    return NULL;
+}
+
 static int open_server(struct service *s, const struct dx_config *config, struct dx_err *err)
 {
     struct dx_server_options options = {.mesh_path = config->socket,
@@ -75,6 +94,7 @@ static int open_server(struct service *s, const struct dx_config *config, struct
                                         .max_clients = config->max_clients,
                                         .signals = true,
                                         .reload = reload,
+                                        .config = config_text,
                                         .ctx = s};
     int r = dx_server_new(&s->server, &options, err);
 
@@ -150,7 +170,7 @@ static bool take_down(struct service *s)
 
 int dx_service_run(struct dx_config *config, const char *file, int ready_fd, struct dx_err *err)
 {
-    struct service s = {0};
+    struct service s = {.config = config};
     int r;
 
     hold_standard_descriptors();
