@@ -109,6 +109,10 @@ void dx_config_stream_free(struct dx_stream_config *stream); /* NULL is fine */
 unsigned dx_config_keep_fixed(struct dx_config *next, struct dx_config *in_force,
                               const char *differing[DX_CONFIG_MAX_FIXED]);
 
+/* The socket of this key ("socket", "control_socket") was inherited: what is configured does not
+ * count, before and after a reload. */
+void dx_config_note_inherited(struct dx_config *config, const char *path);
+
 /* ---- printed -----------------------------------------------------------------------------------
  */
 

@@ -110,11 +110,17 @@ unsigned dx_config_keep_fixed(struct dx_config *next, struct dx_config *in_force
     unsigned n = 0;
 
     for (key = dx_config_keys; key->path; key++) {
+        uint32_t *from, *from_before;
+
         if (dx_config_key_in_stream(key) || key->type == DX_CONFIG_STREAMS || key->live)
             continue;
-        if (!dx_config_value_same(key, next, in_force) && n < DX_CONFIG_MAX_FIXED) {
+        from = dx_config_origin(next->origins, 0, key);
+        from_before = dx_config_origin(in_force->origins, 0, key);
+        if (*from_before == DX_CONFIG_FROM_MANAGER) {
+            *from = *from_before;
+        } else if (!dx_config_value_same(key, next, in_force) && n < DX_CONFIG_MAX_FIXED) {
             differing[n++] = key->path;
-            *dx_config_origin(next->origins, 0, key) |= DX_CONFIG_NEXT_START;
+            *from |= DX_CONFIG_NEXT_START;
         }
         exchange(key, next, in_force); /* the same one, too: others may hold its text */
     }

@@ -44,6 +44,11 @@ uint32_t *dx_config_origin(struct dx_config_origins *o, uint32_t place,
     return &o->from[place][key - dx_config_keys];
 }
 
+void dx_config_note_inherited(struct dx_config *config, const char *path)
+{
+    *dx_config_origin(config->origins, 0, dx_config_key_find(path)) = DX_CONFIG_FROM_MANAGER;
+}
+
 /* In a comment: a name of a file may be any bytes. */
 static void print_file(FILE *out, const char *name)
 {
@@ -70,6 +75,8 @@ void dx_config_origin_print(FILE *out, const struct dx_config_origins *o, uint32
         fputs("the recording", out);
     } else if (from == DX_CONFIG_FROM_OPTION) {
         fputs("the command line", out);
+    } else if (from == DX_CONFIG_FROM_MANAGER) {
+        fputs("not in use: the service manager's socket is", out);
     } else if (from & DX_CONFIG_NEXT_START) {
         fputs("as at the start; from the next on: ", out);
         print_place(out, o, from & ~DX_CONFIG_NEXT_START);

@@ -13,7 +13,8 @@
 #include <string.h>
 #include <systemd/sd-daemon.h>
 
-#define JOIN_NS 700000000u /* for readers to come back from a decode, or from stopping a device */
+#define JOIN_NS   700000000u /* for readers to come back from a decode, or from stopping a device */
+#define SETTLE_NS 2000000000u /* more, for a recorder to end its file */
 
 enum phase {
     IDLE,
@@ -267,7 +268,7 @@ bool dx_reload_end(struct dx_reload *r, uint64_t due_ns)
 {
     if (!r)
         return true;
-    if (!dx_aside_wait(&r->aside, due_ns))
+    if (!dx_aside_wait(&r->aside, due_ns + SETTLE_NS))
         return false;
     if (r->phase == PLANNING)
         dx_reload_plan_drop(&r->plan);

@@ -40,7 +40,8 @@ uint64_t dx_reload_ask(void *reload);
 
 /* When the loop has ended: waits for what is under way. The streams that it had in hand are then in
  * the list, and told to stop; those of before that could not be joined have been tried again.
- * False: something did not end before `due_ns`, and what it uses must stay. */
+ * False: something did not end before `due_ns` (a recorder: 2 s more), and what it uses must
+ * stay. */
 bool dx_reload_end(struct dx_reload *r, uint64_t due_ns);
 void dx_reload_free(struct dx_reload *r); /* after dx_reload_end was true. NULL is fine */
 

@@ -54,6 +54,8 @@ struct dx_server_stream_options {
  * there), -EEXIST (not a socket), other -errno. */
 int dx_server_new(struct dx_server **out, const struct dx_server_options *options,
                   struct dx_err *err);
+/* Which of its sockets it has inherited. */
+void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control);
 void dx_server_free(struct dx_server *s); /* unlinks the sockets that it made */
 
 /* Before dx_server_run. Errors: -EEXIST (a stream of that name), -ENOMEM. */

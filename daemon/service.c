@@ -87,7 +87,18 @@ static char *config_text(void *service)
     return NULL;
 }
 
-static int open_server(struct service *s, const struct dx_config *config, struct dx_err *err)
+static void note_inherited(const struct service *s, struct dx_config *config)
+{
+    bool mesh, control;
+
+    dx_server_inherits(s->server, &mesh, &control);
+    if (mesh)
+        dx_config_note_inherited(config, "socket");
+    if (control)
+        dx_config_note_inherited(config, "control_socket");
+}
+
+static int open_server(struct service *s, struct dx_config *config, struct dx_err *err)
 {
     struct dx_server_options options = {.mesh_path = config->socket,
                                         .control_path = config->control_socket,
@@ -98,6 +109,8 @@ static int open_server(struct service *s, const struct dx_config *config, struct
                                         .ctx = s};
     int r = dx_server_new(&s->server, &options, err);
 
+    if (r == 0)
+        note_inherited(s, config);
     for (uint32_t k = 0; r == 0 && k < s->streams.n; k++) {
         struct dx_server_stream_options shows = dx_service_shows(s->streams.stream[k]);
 
