@@ -31,6 +31,7 @@ struct dx_reload {
     int result;      /* of planning */
     struct dx_reload_plan plan;
     struct dx_reload_report report;
+    struct dx_config before;    /* what was in force, to be freed beside the loop */
     struct dx_stream_list left; /* stopped, but not back in time */
 };
 
@@ -129,6 +130,7 @@ static void settle(void *reload)
     struct dx_reload *r = reload;
     uint64_t due_ns = dx_clock_ns() + JOIN_NS;
 
+    dx_config_fini(&r->before);
     for (uint32_t k = 0; k < r->plan.n; k++)
         if (r->plan.change[k].old)
             end_old(r, &r->plan.change[k], due_ns);
@@ -196,7 +198,7 @@ static void apply_config(struct dx_reload *r)
     bool level_changed = r->plan.next.log_level != now->log_level;
 
     r->report.n_fixed = dx_config_keep_fixed(&r->plan.next, now, r->report.fixed);
-    dx_config_fini(now);
+    r->before = *now;
     *now = r->plan.next;
     r->plan.next = (struct dx_config){0};
     if (level_changed)
