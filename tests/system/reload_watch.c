@@ -10,6 +10,8 @@
 
 #include <errno.h>
 
+#define RELOAD_MS 200000 /* guards against hanging, as FOLLOWER_SILENCE_MS does */
+
 enum { STILL, RUN, BOX, BOX_Q16, N_STAY, GONE = N_STAY, N_ALL };
 
 static struct follower all[N_ALL] = {{.name = "still"},
@@ -92,8 +94,7 @@ static void reload(const char *control, const char *config, const char *next)
 
     if (rename(next, config) < 0)
         die("%s: %s", next, strerror(errno));
-    if (dx_control_ask_within(&reply, control, "{\"request\":\"reload\"}", FOLLOWER_SILENCE_MS,
-                              &err) < 0)
+    if (dx_control_ask_within(&reply, control, "{\"request\":\"reload\"}", RELOAD_MS, &err) < 0)
         die("%s", err.text);
     expect(reply, "\"added\":[\"come\"]");
     expect(reply, "\"changed\":[\"box\"]");
