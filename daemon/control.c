@@ -244,6 +244,11 @@ void dx_control_tell(struct dx_control *k, struct dx_control_wait done, json_t *
     }
 }
 
+bool dx_control_is_inherited(const struct dx_control *k)
+{
+    return k && dx_listener_is_inherited(&k->listener);
+}
+
 void dx_control_resume(struct dx_control *k)
 {
     if (k && k->listener.io)

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "daemon/control_clients.h"
+#include "daemon/control_config.h"
 #include "daemon/control_devices.h"
-#include "daemon/control_reload.h"
 #include "daemon/control_service.h"
 #include "daemon/control_stream.h"
 #include "daemon/log.h"
@@ -36,6 +36,7 @@ static const struct request {
     {"record", dx_control_record, "do", NULL, 0},
     {"replay", dx_control_replay, "do", NULL, 0},
     {"log-level", dx_control_log_level, "level", NULL, 0},
+    {"config", dx_control_config, NULL, NULL, 0},
     {"reload", dx_control_no_reload, "request", dx_server_reload, DX_TOPIC_RELOAD},
     {"quit", dx_control_quit, "request", NULL, 0},
 };

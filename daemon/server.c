@@ -309,6 +309,12 @@ int dx_server_new(struct dx_server **out, const struct dx_server_options *option
     return 0;
 }
 
+void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control)
+{
+    *mesh = dx_listener_is_inherited(&s->mesh);
+    *control = dx_control_is_inherited(s->control);
+}
+
 void dx_server_free(struct dx_server *s)
 {
     if (!s)

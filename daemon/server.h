@@ -31,6 +31,8 @@ struct dx_server_options {
      * what the file holds now; dx_server_tell_reload says when. 0: there is no file. May be NULL.
      */
     uint64_t (*reload)(void *ctx);
+    /* The configuration in force as YAML, to be freed. NULL: no memory. May be NULL. */
+    char *(*config)(void *ctx);
     void *ctx;
 };
 
@@ -52,6 +54,8 @@ struct dx_server_stream_options {
  * there), -EEXIST (not a socket), other -errno. */
 int dx_server_new(struct dx_server **out, const struct dx_server_options *options,
                   struct dx_err *err);
+/* Which of its sockets it has inherited. */
+void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control);
 void dx_server_free(struct dx_server *s); /* unlinks the sockets that it made */
 
 /* Before dx_server_run. Errors: -EEXIST (a stream of that name), -ENOMEM. */

@@ -17,6 +17,7 @@ int cmd_clients(int argc, char **argv);
 int cmd_log_level(int argc, char **argv);
 int cmd_quit(int argc, char **argv);
 int cmd_record(int argc, char **argv);
+int cmd_config(int argc, char **argv);
 int cmd_reload(int argc, char **argv);
 int cmd_replay(int argc, char **argv);
 int cmd_bench(int argc, char **argv);

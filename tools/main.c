@@ -20,6 +20,7 @@ static const struct {
     {"devices", "dexel devices", cmd_devices, "list attached devices, as streams to configure"},
     {"record", "dexel record", cmd_record, "start and end the recording of a stream"},
     {"replay", "dexel replay", cmd_replay, "pause, step and move the replay of a recording"},
+    {"config", "dexel config", cmd_config, "print the configuration that a running dexeld has"},
     {"reload", "dexel reload", cmd_reload, "have a running dexeld read its configuration again"},
     {"mesh", "dexel mesh", cmd_mesh, "mesh a scan file without the service"},
     {"convert", "dexel convert", cmd_convert, "convert a scan to another format"},
