@@ -8,6 +8,7 @@
 
 #include "daemon/heartbeat.h"
 #include "daemon/latency.h"
+#include "daemon/log.h"
 #include "daemon/presence.h"
 #include "daemon/server.h"
 #include "daemon/subscriber.h"
@@ -76,6 +77,16 @@ void dx_server_count_subscriber(struct dx_server_stream *st, int by);
 void dx_server_settle_streams(struct dx_server *s);
 void dx_server_tick_streams(struct dx_server *s, uint64_t now_ns);
 void dx_server_free_streams(struct dx_server *s);
+
+/* A line about a subscriber, which names it. */
+#define dx_log_client(level, s, fmt, ...)                                                          \
+    do {                                                                                           \
+        struct dx_log_about was = dx_log_about(dx_subscriber_about(s));                            \
+        dx_log_at(level, "server", "client %llu (pid %d uid %u): " fmt,                            \
+                  (unsigned long long)(s)->number, (int)(s)->cred.pid,                             \
+                  (unsigned)(s)->cred.uid __VA_OPT__(, ) __VA_ARGS__);                             \
+        dx_log_about(was);                                                                         \
+    } while (0)
 
 /* Makes the socket at `path` with mode 0660, or takes the inherited one of that `name`; neither: -1
  * in l->fd. Errors as dx_server_new. */

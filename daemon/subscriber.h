@@ -72,6 +72,9 @@ struct dx_subscriber {
     uint64_t last_seq;
 };
 
+/* For the log. */
+struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s);
+
 /* Takes the descriptor, also when it fails. Errors: -ENOMEM, -errno. */
 int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd);
 void dx_subscriber_free(struct dx_subscriber *s);
