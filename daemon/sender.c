@@ -310,6 +310,8 @@ static void commit_sent(struct dx_subscriber *s)
     s->last_seq = v->batch_seq;
     s->n_epochs++;
     s->n_revoked_in_row = 0;
+    /* what it lacks now was published after this batch was begun */
+    s->behind_ns = v->batch_seq < s->stream->loop->seq ? s->batch_ns : 0;
     dx_view_end(v);
 }
 
@@ -354,6 +356,7 @@ void dx_sender_dropped(struct dx_view *v, bool slow)
     dx_sender_begin_anew(s, slow ? "too slow" : s->stream->loop->reset_reason);
     if (!slow)
         return;
+    dx_count(&s->stream->options.counters->n_slow, 1);
     dx_log_client(LOG_INFO, s, "too slow for %s, begins anew", s->stream->options.name);
     if (++s->n_revoked_in_row >= 2) {
         s->doomed = DX_WIRE_E_SLOW;

@@ -16,6 +16,7 @@
 #define DX_SERVER_ACCEPT_PAUSE_NS 100000000u /* when out of descriptors */
 
 struct dx_control;
+struct dx_metrics_file;
 struct dx_probe;
 struct dx_watchdog;
 
@@ -33,6 +34,7 @@ struct dx_server_stream {
     /* frames a second, over the last second or so */
     uint64_t rate_ns, rate_frames;
     double frames_per_s;
+    uint64_t newest_ns; /* when the data of the newest mesh were read; 0: not known */
 };
 
 struct dx_listener {
@@ -55,7 +57,8 @@ struct dx_server {
     struct dx_probe *probe; /* of the control socket; NULL without one */
     struct dx_presence *presence;
     struct dx_watchdog *watchdog;
-    uint64_t accept_again_ns; /* 0: accepting */
+    struct dx_metrics_file *metrics; /* NULL: none */
+    uint64_t accept_again_ns;        /* 0: accepting */
     uint64_t tick_due_ns;
     uint64_t exit_due_ns; /* 0: not stopping */
     uint64_t started_ns;

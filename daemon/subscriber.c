@@ -328,6 +328,12 @@ static unsigned form_asked(struct dx_subscriber *s, struct dx_server_stream *st)
     return form;
 }
 
+void dx_subscriber_is_behind(struct dx_subscriber *s)
+{
+    if (!s->behind_ns)
+        s->behind_ns = dx_clock_ns();
+}
+
 static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
 {
     const unsigned form = form_asked(s, st);
@@ -341,6 +347,8 @@ static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
     s->stream = st;
     s->tell_subscribed = s->tell_state = true;
     s->phase = DX_SUBSCRIBER_STREAMING;
+    if (st->loop->has_epoch)
+        dx_subscriber_is_behind(s);
     dx_server_count_subscriber(st, 1);
     dx_log_client(LOG_INFO, s, "subscribed to %s, %s, mode %u", st->options.name,
                   dx_encoding_name(s->asked.encoding), s->asked.mode);
