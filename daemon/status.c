@@ -8,6 +8,7 @@
 #include "daemon/process.h"
 #include "daemon/reader.h"
 #include "daemon/server_priv.h"
+#include "daemon/watchdog.h"
 
 static void set_count(json_t *o, const char *key, uint64_t n)
 {
@@ -161,6 +162,16 @@ static void set_counters(json_t *o, const struct dx_server_stream *st)
     set_count(o, "slow", dx_get(&c->n_slow));
 }
 
+/* As the watchdog found the stream's threads last. */
+static json_t *hangs_status(const struct dx_server_stream *st)
+{
+    json_t *o = json_object();
+
+    for (int k = 0; k < DX_N_BEATS; k++)
+        json_object_set_new(o, dx_watchdog_thread((enum dx_beating)k), json_boolean(st->hangs[k]));
+    return o;
+}
+
 static json_t *stream_status(const struct dx_server_stream *st, bool histograms)
 {
     json_t *o = json_object();
@@ -170,6 +181,7 @@ static json_t *stream_status(const struct dx_server_stream *st, bool histograms)
     set_text(o, "reason", st->loop->state_reason);
     set_geometry(o, st);
     set_counters(o, st);
+    json_object_set_new(o, "hangs", hangs_status(st));
     if (st->newest_ns)
         set_number(o, "lag_s", seconds_since(st->newest_ns));
     if (st->latency.n || st->stage[DX_STAGE_DECODE].n || histograms)
