@@ -20,6 +20,7 @@ includedir ?= $(prefix)/include
 datarootdir ?= $(prefix)/share
 mandir ?= $(datarootdir)/man
 docdir ?= $(datarootdir)/doc/dexeld
+sharedir ?= $(datarootdir)/dexeld
 sysconfdir ?= $(prefix)/etc
 udevrulesdir ?= $(prefix)/lib/udev/rules.d
 unitdir ?= $(prefix)/lib/systemd/system
@@ -301,7 +302,7 @@ install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
-	  $(DESTDIR)$(docdir)/gallery \
+	  $(DESTDIR)$(docdir)/gallery $(DESTDIR)$(sharedir)/grafana $(DESTDIR)$(sharedir)/prometheus \
 	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
 	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir) \
 	  $(DESTDIR)$(pythondir)
@@ -322,6 +323,8 @@ install: all
 	$(INSTALL) -m 644 docs/gallery/*.png $(DESTDIR)$(docdir)/gallery
 	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
 	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
+	$(INSTALL) -m 644 config/grafana/dexeld.json $(DESTDIR)$(sharedir)/grafana
+	$(INSTALL) -m 644 config/prometheus/dexeld.rules.yml $(DESTDIR)$(sharedir)/prometheus
 	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)
 	$(INSTALL) -m 644 config/dexeld.sysusers $(DESTDIR)$(sysusersdir)/dexeld.conf
 	$(INSTALL) -m 644 config/dexeld.tmpfiles $(DESTDIR)$(tmpfilesdir)/dexeld.conf
@@ -343,7 +346,7 @@ uninstall:
 	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(sysusersdir)/dexeld.conf \
 	  $(DESTDIR)$(tmpfilesdir)/dexeld.conf $(DESTDIR)$(metainfodir)/dexeld.metainfo.xml \
 	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS)) $(DESTDIR)$(pythondir)/dexel.py
-	rm -rf $(DESTDIR)$(docdir)
+	rm -rf $(DESTDIR)$(docdir) $(DESTDIR)$(sharedir)
 
 # Debian packages, in build/deb: of what is committed or staged, so that a build leaves the tree as it is.
 deb: deps

@@ -58,7 +58,9 @@ struct dx_config {
     char *control_socket;
     uint32_t threads; /* of the pool; 0: one per processor */
     uint32_t max_clients;
-    int log_level; /* syslog(3) priority */
+    int log_level;      /* syslog(3) priority */
+    char *metrics_file; /* "": none */
+    uint32_t metrics_s; /* it is written so often */
     uint32_t n_streams;
     struct dx_stream_config *streams;
     struct dx_config_origins *origins; /* where each value is from */

@@ -58,6 +58,11 @@ const struct dx_config_key dx_config_keys[] = {
     {"log_level", DX_CONFIG_CHOICE, TOP(log_level), .words = log_levels, .preset = "info",
      .live = true,
      .help = "The least important messages that are logged."},
+    {"metrics_file", DX_CONFIG_PATH, TOP(metrics_file), .min = 0, .max = 4000, .preset = "",
+     .help = "A file that metrics are written to, for the textfile collector of node_exporter, which\n"
+             "takes names that end in .prom.\nEmpty: none."},
+    {"metrics_s", DX_CONFIG_UINT, TOP(metrics_s), .min = 1, .max = 3600, .preset = "15",
+     .help = "Seconds: the metrics file is written anew so often."},
     {"streams", DX_CONFIG_STREAMS, TOP(streams), .min = 1, .max = DX_CONFIG_MAX_STREAMS,
      .required = true,
      .help = "The sources.\nEach has a name and exactly one driver."},

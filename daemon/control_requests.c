@@ -9,6 +9,8 @@
 #include "daemon/control_clients.h"
 #include "daemon/control_config.h"
 #include "daemon/control_devices.h"
+#include "daemon/control_metrics.h"
+#include "daemon/control_reload.h"
 #include "daemon/control_service.h"
 #include "daemon/control_stream.h"
 #include "daemon/log.h"
@@ -18,7 +20,7 @@
 static json_t *answer_status(struct dx_server *server, const json_t *request)
 {
     (void)request;
-    return dx_status(server);
+    return dx_status(server, false);
 }
 
 static const struct request {
@@ -31,6 +33,7 @@ static const struct request {
     enum dx_control_topic topic;
 } requests[] = {
     {"status", answer_status, NULL, NULL, 0},
+    {"metrics", dx_control_metrics, NULL, NULL, 0},
     {"devices", dx_control_no_devices, NULL, dx_control_begin_devices, DX_TOPIC_DEVICES},
     {"clients", dx_control_clients, "do", NULL, 0},
     {"record", dx_control_record, "do", NULL, 0},

@@ -287,6 +287,7 @@ static void know_unit(struct dx_reader_device *d)
     }
     if (*serial)
         memcpy(d->serial, serial, sizeof(d->serial));
+    dx_log_about_device(*d->serial ? d->serial : d->status.health.place);
 }
 
 /* ---- opening and closing ---------------------------------------------------------------------

@@ -18,6 +18,7 @@
 #include "daemon/clock.h"
 #include "daemon/control.h"
 #include "daemon/log.h"
+#include "daemon/metrics_file.h"
 #include "daemon/watchdog.h"
 
 #define MAX_CLIENTS    256u
@@ -146,6 +147,7 @@ static int on_timer(sd_event_source *source, uint64_t usec, void *server)
         s->tick_due_ns = now + TICK_NS;
         dx_control_resume(s->control);
         dx_server_tick_streams(s, now);
+        dx_metrics_file_tick(s->metrics, s, now);
     }
     return 0;
 }
@@ -272,6 +274,8 @@ static int open_all(struct dx_server *s, struct dx_err *err)
     if (r < 0)
         return r;
     r = dx_control_new(&s->control, s, s->options.control_path, err);
+    if (r == 0 && s->options.metrics_file && *s->options.metrics_file)
+        r = dx_metrics_file_new(&s->metrics, s->options.metrics_file, s->options.metrics_s, err);
     if (r < 0)
         return r;
     r = add_sources(s);
@@ -327,6 +331,7 @@ void dx_server_free(struct dx_server *s)
     }
     dx_server_free_streams(s);
     dx_watchdog_free(s->watchdog);
+    dx_metrics_file_free(s->metrics);
     dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);

@@ -25,6 +25,8 @@ struct dx_server_options {
     uint32_t max_clients;     /* 0: 256 */
     uint64_t hello_ns;        /* to say HELLO and SUBSCRIBE; 0: 5 s */
     uint64_t stall_ns;        /* without a byte of progress while data is owed; 0: 10 s */
+    const char *metrics_file; /* metrics_file.h; NULL or "": none */
+    uint32_t metrics_s;
     bool signals; /* SIGTERM and SIGINT end the loop, SIGHUP asks for a reload; they must be blocked
                      in all threads */
     /* Reads the configuration again: starts to, and returns the number of the reload that will have

@@ -103,6 +103,8 @@ static int open_server(struct service *s, struct dx_config *config, struct dx_er
     struct dx_server_options options = {.mesh_path = config->socket,
                                         .control_path = config->control_socket,
                                         .max_clients = config->max_clients,
+                                        .metrics_file = config->metrics_file,
+                                        .metrics_s = config->metrics_s,
                                         .signals = true,
                                         .reload = reload,
                                         .config = config_text,

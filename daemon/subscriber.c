@@ -9,12 +9,18 @@
 #include <unistd.h>
 
 #include "daemon/clock.h"
-#include "daemon/log.h"
 
 #define TURN_BUDGET (256u << 10) /* bytes to one subscriber before the others have their turn */
 #define NS_PER_MS   1000000u
 
 static int on_io(sd_event_source *source, int fd, uint32_t revents, void *subscriber);
+
+struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s)
+{
+    return (struct dx_log_about){.stream = s->stream ? s->stream->options.name : NULL,
+                                 .client_pid = s->cred.pid,
+                                 .client_uid = s->cred.uid};
+}
 
 int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd)
 {
@@ -39,8 +45,7 @@ int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int 
         free(s);
         return r;
     }
-    dx_log_debug("server", "client %llu (pid %d uid %u): connected", (unsigned long long)s->number,
-                 (int)s->cred.pid, (unsigned)s->cred.uid);
+    dx_log_client(LOG_DEBUG, s, "connected");
     *out = s;
     return 0;
 }
@@ -99,8 +104,7 @@ void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const 
     if (text != s->doom)
         snprintf(s->doom, sizeof(s->doom), "%s", text);
     if (code != DX_WIRE_E_SHUTDOWN)
-        dx_log_info("server", "client %llu (pid %d uid %u): disconnected: %s",
-                    (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid, text);
+        dx_log_client(LOG_INFO, s, "disconnected: %s", text);
     leave(s);
     s->phase = DX_SUBSCRIBER_CLOSING;
     if (s->tell_welcome) /* HELLO itself was fine */
@@ -115,8 +119,7 @@ void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const 
 
 static void gone(struct dx_subscriber *s, const char *why)
 {
-    dx_log_debug("server", "client %llu (pid %d uid %u): %s", (unsigned long long)s->number,
-                 (int)s->cred.pid, (unsigned)s->cred.uid, why);
+    dx_log_client(LOG_DEBUG, s, "%s", why);
     disconnect(s);
 }
 
@@ -325,6 +328,12 @@ static unsigned form_asked(struct dx_subscriber *s, struct dx_server_stream *st)
     return form;
 }
 
+void dx_subscriber_is_behind(struct dx_subscriber *s)
+{
+    if (!s->behind_ns)
+        s->behind_ns = dx_clock_ns();
+}
+
 static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
 {
     const unsigned form = form_asked(s, st);
@@ -338,10 +347,11 @@ static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
     s->stream = st;
     s->tell_subscribed = s->tell_state = true;
     s->phase = DX_SUBSCRIBER_STREAMING;
+    if (st->loop->has_epoch)
+        dx_subscriber_is_behind(s);
     dx_server_count_subscriber(st, 1);
-    dx_log_info("server", "client %llu (pid %d uid %u): subscribed to %s, %s, mode %u",
-                (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid,
-                st->options.name, dx_encoding_name(s->asked.encoding), s->asked.mode);
+    dx_log_client(LOG_INFO, s, "subscribed to %s, %s, mode %u", st->options.name,
+                  dx_encoding_name(s->asked.encoding), s->asked.mode);
 }
 
 static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t len)

@@ -70,7 +70,14 @@ struct dx_subscriber {
     /* for status */
     uint64_t n_epochs, n_coalesced, n_resets, n_bytes;
     uint64_t last_seq;
+    uint64_t behind_ns; /* since then, at most, there is a newer mesh than it has; 0: none is */
 };
+
+/* The feed has a mesh that it has not got. */
+void dx_subscriber_is_behind(struct dx_subscriber *s);
+
+/* For the log. */
+struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s);
 
 /* Takes the descriptor, also when it fails. Errors: -ENOMEM, -errno. */
 int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd);

@@ -7,6 +7,7 @@
 
 int cmd_cat(int argc, char **argv);
 int cmd_status(int argc, char **argv);
+int cmd_metrics(int argc, char **argv);
 int cmd_devices(int argc, char **argv);
 int cmd_mesh(int argc, char **argv);
 int cmd_convert(int argc, char **argv);

@@ -14,6 +14,7 @@ static const struct {
 } commands[] = {
     {"cat", "dexel cat", cmd_cat, "receive the mesh of a stream; write it to a file"},
     {"status", "dexel status", cmd_status, "show the streams and clients of a running dexeld"},
+    {"metrics", "dexel metrics", cmd_metrics, "print what a running dexeld counts, for Prometheus"},
     {"clients", "dexel clients", cmd_clients, "list the subscribers of a dexeld, disconnect one"},
     {"log-level", "dexel log-level", cmd_log_level, "show or change how much a dexeld logs"},
     {"quit", "dexel quit", cmd_quit, "end a running dexeld"},

@@ -91,7 +91,7 @@ static void test_synthetic(void **state)
 
     (void)state;
     good(&c, "socket: \"/tmp/m \\u00fc\"\n"
-             "control_socket: /tmp/c\n"
+             "control_socket: /tmp/c\nmetrics_file: /m/x.prom\nmetrics_s: 5\n"
              "threads: 2\nmax_clients: 4096\nlog_level: debug\n"
              "streams:\n"
              "  - name: hall-1.x_\n"
@@ -107,6 +107,7 @@ static void test_synthetic(void **state)
     assert_int_equal(c.threads, 2);
     assert_int_equal(c.max_clients, 4096);
     assert_int_equal(c.log_level, LOG_DEBUG);
+    assert_true(!strcmp(c.metrics_file, "/m/x.prom") && c.metrics_s == 5);
     assert_string_equal(s->name, "hall-1.x_");
     assert_int_equal(s->commit_ms, 5);
     assert_true(s->mesh.sigma_given);
@@ -293,6 +294,7 @@ static void test_print(void **state)
                                    "threads: 0\n"
                                    "max_clients: 256\n"
                                    "log_level: info\n"
+                                   "metrics_file: \"\"\nmetrics_s: 15\n"
                                    "streams:\n"
                                    "  - name: \"hall\"\n"
                                    "    commit_ms: 33\n"
