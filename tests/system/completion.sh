@@ -25,7 +25,7 @@ bash -c '. "$0"; complete -p dexel dexeld' "$here/config/dexel.bash-completion" 
 commands=$("$dexel" --help | sed -n 's/^  \([a-z][a-z-]*\) .*/\1/p')
 [ "$(echo "$commands" | wc -l)" -ge 12 ] || fail "commands: $commands"
 offers "$commands help --help --version" "$dexel" ''
-offers 'record render replay' "$dexel" help re
+offers 'record' "$dexel" help rec
 
 # options_of SOURCE: in the tables for getopt_long
 options_of() { sed -nE 's/^ *\{?\{?"([a-z-]+)", (no|required)_argument,.*/--\1/p' "$@"; }

@@ -24,6 +24,7 @@ for folder in tests/protocol/*/; do
   cp -r "$folder/scans/." "$run"
   cp "$folder/dexeld.yaml" "$run"
   cd "$run"
+  [ -z "$python" ] || "$python" "$here/tests/system/recorded.py" "$run" "$folder"/*.client || wrong "dexel.py failed"
   for said in "$folder"/*.client; do
     heard=${said%.client}.server expected=${said%.client}.meshes name=$(basename "$said" .client)
     "$recorded" meshes "$said" "$heard" >meshes || wrong "$name: $(cat meshes)"
@@ -31,8 +32,7 @@ for folder in tests/protocol/*/; do
     if [ -n "$python" ]; then
       # it stops at the stream's end, and tells neither streams nor resets
       sed -e '/^stream/d' -e '/^reset/d' -e '/^ended/q' "$expected" >lines
-      "$python" "$here/tests/system/recorded.py" "$said" "$heard" >meshes || wrong "$name: dexel.py: $(cat meshes)"
-      diff lines meshes || wrong "$name: < the meshes of then, > those of dexel.py"
+      diff lines "$name.meshes" || wrong "$name: < the meshes of then, > those of dexel.py"
     fi
 
     start_dexeld -c dexeld.yaml

@@ -1,4 +1,5 @@
-"""What dexel.py makes of a recorded connection (tests/protocol): recorded.py SAID HEARD; lines as those of recorded.c."""
+"""What dexel.py makes of recorded connections (tests/protocol): recorded.py OUT SAID.client ... writes OUT/SAID.meshes,
+with the lines of recorded.c but for streams, resets and what comes after the end."""
 import os
 import socket
 import struct
@@ -27,12 +28,12 @@ def tile_bytes(tile, stream):
     return data
 
 
-def tell(mesh):
+def tell(out, mesh):
     crc = 0
     for key in sorted(mesh.tiles):
         crc = zlib.crc32(tile_bytes(mesh.tiles[key], mesh.stream), crc)
     print(f"commit {mesh.epoch}, frame {mesh.frame}, caps {mesh.caps[0]:d} {mesh.caps[1]:d}: {len(mesh.tiles)} tiles, "
-          f"{mesh.n_triangles} triangles, {crc:08x}")
+          f"{mesh.n_triangles} triangles, {crc:08x}", file=out)
 
 
 def serve(listening, heard):
@@ -47,11 +48,7 @@ def serve(listening, heard):
             pass  # it had enough
 
 
-def main():
-    with open(sys.argv[1], "rb") as file:
-        said = file.read()
-    with open(sys.argv[2], "rb") as file:
-        heard = file.read()
+def follow(out, said, heard):
     # SUBSCRIBE is the second message
     at = 24 + struct.unpack_from("<I", said)[0] + 24
     encoding, mode, want, stride, interval, *region, bound = struct.unpack_from("<4BI5H", said, at)
@@ -69,11 +66,23 @@ def main():
                                      bound=bound / 16, region=tuple(region) if any(region) else None,
                                      reconnect=False, timeout=30) as meshes:
                     for mesh in meshes:
-                        tell(mesh)
-                print("ended")
+                        tell(out, mesh)
+                print("ended", file=out)
             except dexel.ServerError as error:
-                print(f"error {error.code}")
+                print(f"error {error.code}", file=out)
             thread.join()
+
+
+def read(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def main():
+    for path in sys.argv[2:]:
+        name = os.path.basename(path)[:-len(".client")]
+        with open(os.path.join(sys.argv[1], name + ".meshes"), "w", encoding="ascii") as out:
+            follow(out, read(path), read(path[:-len(".client")] + ".server"))
 
 
 main()
