@@ -43,6 +43,14 @@ static void look_at_source(struct dx_doctor *d)
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "the clock's source is %s", now);
 }
 
+static int64_t now_s(const struct dx_doctor *d)
+{
+    char text[32];
+
+    return dx_doctor_fact(d, "now", text, sizeof(text)) ? strtoll(text, NULL, 10)
+                                                        : (int64_t)time(NULL);
+}
+
 /* The clock of the board, which is taken when the machine starts: what it is off by is a jump of
  * CLOCK_REALTIME soon after. */
 static void look_at_rtc(struct dx_doctor *d)
@@ -52,7 +60,7 @@ static void look_at_rtc(struct dx_doctor *d)
 
     if (!dx_doctor_read(d, "/sys/class/rtc/rtc0/since_epoch", text, sizeof(text)))
         return;
-    off = strtoll(text, NULL, 10) - (int64_t)time(NULL);
+    off = strtoll(text, NULL, 10) - now_s(d);
     rest = llabs(off) % QUARTER_S;
     if (llabs(off) <= 2)
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "the board's clock is right");

@@ -50,14 +50,21 @@ static void look_at_module(struct dx_doctor *d, const char *module, unsigned n, 
                    what, n);
 }
 
-void dx_doctor_modules(struct dx_doctor *d)
+static bool has_gpio_chip(const struct dx_doctor *d)
 {
     glob_t g;
+    size_t n = dx_doctor_glob(d, "/sys/bus/gpio/devices/gpiochip*", &g);
 
+    globfree(&g);
+    return n > 0;
+}
+
+void dx_doctor_modules(struct dx_doctor *d)
+{
     look_at_module(d, "uvcvideo", n_interfaces(d, "0e"), "cameras on USB",
                    n_interfaces(d, "0e") > 0 && dx_doctor_n_streams(d, "v4l2") > 0);
     look_at_module(d, "cdc_acm", n_interfaces(d, "02"), "scanners on USB as serial ports", false);
-    if (dx_doctor_wants_gpio(d) && dx_doctor_glob(d, "/sys/bus/gpio/devices/gpiochip*", &g) == 0)
+    if (dx_doctor_wants_gpio(d) && !has_gpio_chip(d))
         dx_doctor_tell(
             d, DX_DOCTOR_PROBLEM, "lsmod | grep -i gpio",
             "streams want GPIO lines, and the kernel has no GPIO chip: its module is not "

@@ -59,10 +59,11 @@ Groups:	2001 2003 2004 $gid "
   mkdir -p "$root/sys/module/uvcvideo" "$root/sys/module/cdc_acm"
   put sys/module/usbcore/parameters/usbfs_memory_mb 16
   put facts 'adjtimex 0
+now 1800000000
 free /var/lib/dexeld 100000000000'
   put sys/devices/system/clocksource/clocksource0/current_clocksource tsc
   put sys/devices/system/clocksource/clocksource0/available_clocksource 'tsc hpet'
-  put sys/class/rtc/rtc0/since_epoch "$(date +%s)"
+  put sys/class/rtc/rtc0/since_epoch 1800000001
   put sys/devices/system/cpu/cpu0/cpufreq/scaling_governor schedutil
   put sys/devices/system/cpu/cpu0/cpufreq/scaling_driver acpi-cpufreq
   chmod 770 "$root/var/lib/dexeld"
@@ -72,7 +73,6 @@ free /var/lib/dexeld 100000000000'
 machine() {
   rm -rf "$root"
   cp -rp "$run/whole" "$root"
-  date +%s >"$root/sys/class/rtc/rtc0/since_epoch"
 }
 
 config() { # config STREAMS...: besides those of all drivers
@@ -276,21 +276,24 @@ wrong warning usb 'usbfs has 8 MB for transfers of all programs' "echo 64 | sudo
 put $usbfs 0
 wrong ok usb 'usbfs has no bound of memory'
 
-put facts 'adjtimex 5'
+put facts 'adjtimex 5
+now 1800000000'
 wrong warning clocks 'nothing synchronises the clock' 'sudo timedatectl set-ntp true'
 source=/sys/devices/system/clocksource/clocksource0
 put $source/current_clocksource hpet
 wrong warning clocks "the clock's source is hpet" "echo tsc | sudo tee $source/current_clocksource"
-put sys/class/rtc/rtc0/since_epoch $(($(date +%s) - 1000))
-wrong warning clocks "the board's clock is -1" 'sudo hwclock --systohc'
-put sys/class/rtc/rtc0/since_epoch $(($(date +%s) + 7200))
-wrong warning clocks "it has local time" 'sudo timedatectl set-local-rtc 0'
+put sys/class/rtc/rtc0/since_epoch 1799999000
+wrong warning clocks "the board's clock is -1000 s off" 'sudo hwclock --systohc'
+put sys/class/rtc/rtc0/since_epoch 1800007201
+wrong warning clocks "the board's clock is 7201 s off: it has local time" 'sudo timedatectl set-local-rtc 0'
 
 put facts 'adjtimex 0
+now 1800000000
 free /var/lib/dexeld 1000000000'
 wrong warning disk 'kinect: 953 MB are free in /var/lib/dexeld, and nothing bounds it (record.keep_mib); the oldest recording can go' \
   "ls -t /var/lib/dexeld/*.mcap | tail -n 1 | xargs -d '\\n' sudo rm --"
 put facts 'adjtimex 0
+now 1800000000
 free /var/lib/dexeld 1000000'
 wrong problem disk 'kinect: 0 MB are free' "ls -t /var/lib/dexeld/*.mcap | tail -n 1 | xargs -d '\\n' sudo rm --"
 rmdir "$root/var/lib/dexeld"
