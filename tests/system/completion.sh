@@ -33,7 +33,7 @@ export DEXELD_SOCKET="$run/none" DEXELD_CONTROL="$run/none" # no service of this
 n=0
 for command in $commands; do
   complete "$dexel" "$command" -- >offered
-  for option in $(options_of "$here/tools/cmd_$command.c"); do
+  for option in $(options_of "$here/tools/cmd_$(echo "$command" | tr - _).c"); do
     grep -qxF -- "$option" offered || fail "dexel $command $option is not offered"
   done
   # --help comes too late to be an option where another one takes it for its value; that one is wrong then
