@@ -27,6 +27,7 @@ unitdir ?= $(prefix)/lib/systemd/system
 sysusersdir ?= $(prefix)/lib/sysusers.d
 tmpfilesdir ?= $(prefix)/lib/tmpfiles.d
 metainfodir ?= $(datarootdir)/metainfo
+completionsdir ?= $(datarootdir)/bash-completion/completions
 # Where Debian's python3 looks: /usr/lib/python3, but below any other prefix a folder of its own version.
 pythondir ?= $(prefix)/lib/python3$(if $(filter-out /usr,$(prefix)),$(shell \
   python3 -c 'import sys; print(".%d" % sys.version_info[1])' 2>/dev/null))/dist-packages
@@ -305,7 +306,7 @@ install: all
 	  $(DESTDIR)$(docdir)/gallery $(DESTDIR)$(sharedir)/grafana $(DESTDIR)$(sharedir)/prometheus \
 	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
 	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir) \
-	  $(DESTDIR)$(pythondir)
+	  $(DESTDIR)$(pythondir) $(DESTDIR)$(completionsdir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -329,6 +330,9 @@ install: all
 	$(INSTALL) -m 644 config/dexeld.sysusers $(DESTDIR)$(sysusersdir)/dexeld.conf
 	$(INSTALL) -m 644 config/dexeld.tmpfiles $(DESTDIR)$(tmpfilesdir)/dexeld.conf
 	$(INSTALL) -m 644 config/dexeld.metainfo.xml $(DESTDIR)$(metainfodir)
+	for name in dexel dexeld; do \
+	  $(INSTALL) -m 644 config/dexel.bash-completion $(DESTDIR)$(completionsdir)/$$name; \
+	done
 	$(INSTALL) -m 644 systemd/network.conf $(DESTDIR)$(docdir)
 	for unit in $(UNITS); do \
 	  sed -e 's|@sbindir@|$(sbindir)|;s|@sysconfdir@|$(sysconfdir)|' systemd/$$unit \
@@ -345,7 +349,8 @@ uninstall:
 	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
 	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(sysusersdir)/dexeld.conf \
 	  $(DESTDIR)$(tmpfilesdir)/dexeld.conf $(DESTDIR)$(metainfodir)/dexeld.metainfo.xml \
-	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS)) $(DESTDIR)$(pythondir)/dexel.py
+	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS)) $(DESTDIR)$(pythondir)/dexel.py \
+	  $(addprefix $(DESTDIR)$(completionsdir)/,dexel dexeld)
 	rm -rf $(DESTDIR)$(docdir) $(DESTDIR)$(sharedir)
 
 # Debian packages, in build/deb: of what is committed or staged, so that a build leaves the tree as it is.

@@ -22,7 +22,7 @@ static void end(struct dx_subscriber *s, const struct dx_writer *w, enum dx_mess
 static void put_welcome(struct dx_subscriber *s)
 {
     struct dx_msg_welcome m = {.major = DX_WIRE_MAJOR,
-                               .minor = DX_WIRE_MINOR,
+                               .minor = s->minor,
                                .encodings = s->encodings,
                                .max_body = DX_WIRE_MAX_BODY,
                                .n_streams = s->server->n_streams,

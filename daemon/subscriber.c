@@ -232,9 +232,10 @@ static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
         refuse(s, DX_WIRE_E_PROTOCOL, "not a HELLO");
         return;
     }
-    if (m.major != DX_WIRE_MAJOR || m.minor != DX_WIRE_MINOR) { /* 0.x: no promise between minors */
-        snprintf(text, sizeof(text), "found protocol %u.%u, expected %u.%u", m.major, m.minor,
-                 DX_WIRE_MAJOR, DX_WIRE_MINOR);
+    if (m.major != DX_WIRE_MAJOR) {
+        snprintf(text, sizeof(text),
+                 "found protocol %u.%u, expected %u.x: take a client of that version", m.major,
+                 m.minor, DX_WIRE_MAJOR);
         refuse(s, DX_WIRE_E_VERSION, text);
         return;
     }
@@ -243,6 +244,7 @@ static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
         refuse(s, DX_WIRE_E_ENCODING, "no encoding in common; there are f32, q16 and delta");
         return;
     }
+    s->minor = dx_wire_minor(m.minor);
     s->tell_welcome = true;
     s->phase = DX_SUBSCRIBER_SUBSCRIBE;
 }

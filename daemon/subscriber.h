@@ -45,6 +45,7 @@ struct dx_subscriber {
     uint8_t in[DX_WIRE_HEADER_LEN + DX_WIRE_MAX_CLIENT_BODY];
     size_t in_len;
 
+    uint16_t minor;     /* of the protocol, as spoken here */
     uint32_t encodings; /* of HELLO that we have */
     struct dx_server_stream *stream;
     struct dx_msg_subscribe asked;

@@ -19,6 +19,7 @@ static const struct {
     {"log-level", "dexel log-level", cmd_log_level, "show or change how much a dexeld logs"},
     {"quit", "dexel quit", cmd_quit, "end a running dexeld"},
     {"devices", "dexel devices", cmd_devices, "list attached devices, as streams to configure"},
+    {"doctor", "dexel doctor", cmd_doctor, "find what is wrong, and the command that mends it"},
     {"record", "dexel record", cmd_record, "start and end the recording of a stream"},
     {"replay", "dexel replay", cmd_replay, "pause, step and move the replay of a recording"},
     {"config", "dexel config", cmd_config, "print the configuration that a running dexeld has"},

@@ -40,6 +40,30 @@ static void test_refusals(void **state)
     fixture_stop(fx);
 }
 
+/* A client of before 1.0 is told what to do; one of a later minor is served in ours. */
+static void test_versions(void **state)
+{
+    struct fixture *fx = fixture_start(NULL);
+    struct client *c = client_connect(fx);
+
+    (void)state;
+    client_hello_of(c, 0, 3, 1);
+    client_until_closed(c);
+    assert_int_equal(c->error.code, DX_WIRE_E_VERSION);
+    assert_string_equal(c->error.text,
+                        "found protocol 0.3, expected 1.x: take a client of that version");
+    client_close(c);
+    c = client_connect(fx);
+    client_hello_of(c, DX_WIRE_MAJOR, DX_WIRE_MINOR + 5, 1);
+    client_subscribe(c, &(struct dx_msg_subscribe){0});
+    client_until_frame(c, 3);
+    assert_int_equal(c->greeting.major, DX_WIRE_MAJOR);
+    assert_int_equal(c->greeting.minor, DX_WIRE_MINOR);
+    assert_int_equal(c->greeting.features, 0);
+    client_close(c);
+    fixture_stop(fx);
+}
+
 /* Levels of detail that there are not, in words; and one more than there is room for. */
 static void test_levels_refused(void **state)
 {
@@ -392,12 +416,19 @@ static void test_control_errors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),       cmocka_unit_test(test_levels_refused),
-        cmocka_unit_test(test_absurd_lengths), cmocka_unit_test(test_unknown_messages),
-        cmocka_unit_test(test_half_a_hello),   cmocka_unit_test(test_hello_byte_by_byte),
-        cmocka_unit_test(test_random_bytes),   cmocka_unit_test(test_a_thousand_connects),
-        cmocka_unit_test(test_limit),          cmocka_unit_test(test_out_of_descriptors),
-        cmocka_unit_test(test_paths),          cmocka_unit_test(test_status),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_versions),
+        cmocka_unit_test(test_levels_refused),
+        cmocka_unit_test(test_absurd_lengths),
+        cmocka_unit_test(test_unknown_messages),
+        cmocka_unit_test(test_half_a_hello),
+        cmocka_unit_test(test_hello_byte_by_byte),
+        cmocka_unit_test(test_random_bytes),
+        cmocka_unit_test(test_a_thousand_connects),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_out_of_descriptors),
+        cmocka_unit_test(test_paths),
+        cmocka_unit_test(test_status),
         cmocka_unit_test(test_control_errors),
     };
 
