@@ -1,0 +1,19 @@
+# A recording of the service, made by an operator, is replayed by an instance of its own unit, within that unit's sandbox.
+# limit: 60
+set -eu
+. tests/hil/devices.sh
+. tests/hil/installed.sh
+
+dexel record start
+recorded_some() { [ "$(counted blocks)" -ge 4 ]; }
+await 20 recorded_some
+dexel record stop
+await 10 test -s /var/lib/dexeld/hall.mcap
+dexel info /var/lib/dexeld/hall.mcap
+systemctl start dexeld-replay@hall.service
+has SubState running dexeld-replay@hall.service
+meshed --socket /run/dexeld-replay/hall/mesh.sock
+systemctl stop dexeld-replay@hall.service
+has Result success dexeld-replay@hall.service
+[ ! -e /run/dexeld-replay/hall ] || wrong 'its folder is left'
+systemd-analyze security --threshold=10 dexeld-replay@hall.service >/dev/null || wrong 'more exposed than docs/operations.md says'
