@@ -7,6 +7,8 @@ set -eu
 dexel record start
 recorded_some() { [ "$(counted blocks)" -ge 4 ]; }
 await 20 recorded_some
+is_batch() { for t in /proc/"$(shown MainPID)"/task/*/sched; do grep '^policy .*: *3$' "$t" && return; done; return 1; }
+await 5 is_batch
 dexel record stop
 await 10 test -s /var/lib/dexeld/hall.mcap
 dexel info /var/lib/dexeld/hall.mcap
