@@ -170,12 +170,9 @@ static long call_scheduler(void)
     return sched_setscheduler(0, SCHED_FIFO, &p);
 }
 
-static long call_limit(void)
+static long call_priority(void)
 {
-    struct rlimit limit;
-
-    getrlimit(RLIMIT_CORE, &limit);
-    return setrlimit(RLIMIT_CORE, &limit);
+    return setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0));
 }
 
 /* With arguments that are wrong: what comes back is EPERM only from who refuses the call itself. */
@@ -256,7 +253,7 @@ static void try_calls(void)
                  {"ptrace", call_ptrace},
                  {"real-time priority", call_scheduler},
                  {"sethostname", call_hostname},
-                 {"setrlimit", call_limit},
+                 {"setpriority", call_priority},
                  {"swapon", call_swap},
                  {"umount", call_umount},
                  {"user namespace", call_user_ns}};

@@ -7,8 +7,7 @@ set -eu
 pid=$(shown MainPID)
 dexel cat --quiet -o /run/hil/follower.ply 2>/run/hil/follower &
 follower=$!
-connected() { status | grep -q "\"pid\":$follower\\b"; }
-await 10 connected
+await 10 is_connected $follower
 kill -KILL "$pid"
 meshed
 has NRestarts 1

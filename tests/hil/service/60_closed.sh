@@ -41,7 +41,6 @@ write /tmp
 write /var/lib/dexeld
 write /var/tmp
 read /etc/dexeld/dexeld.yaml
-read /tmp/hil-marker
 socket netlink
 socket unix
 LIST

@@ -4,8 +4,7 @@ set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh
 
-: >/var/lib/dexeld/hall.mcap
-systemctl start dexeld-replay@hall.service || true
+[ ! -s /var/lib/dexeld/hall.mcap ] || systemctl start dexeld-replay@hall.service
 dpkg -r dexeld
 [ -z "$(systemctl list-units --plain --no-legend --state=active,activating 'dexel*')" ] || wrong 'a unit is active'
 [ ! -e /run/dexeld/mesh.sock ] && [ ! -e /usr/sbin/dexeld ] || wrong 'it is not gone'

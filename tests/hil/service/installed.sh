@@ -21,6 +21,9 @@ YAML
   systemctl restart dexeld.service
 }
 
+# is_connected PID: a client that the service tells of
+is_connected() { status | grep -q "\"pid\":$1\b"; }
+
 # meshed [ARGS...]: a subscriber gets a whole mesh
 meshed() {
   rm -f /run/hil/mesh.ply
@@ -40,6 +43,8 @@ without_drop_in() {
   systemctl daemon-reload
   systemctl restart dexeld.service
 }
+# a test that fails leaves none to the next
+trap '[ ! -d $drop_ins ] || without_drop_in' EXIT
 
 # everything: all files but those of dpkg, of logs and caches, and accounts: what a purge must leave as it was
 everything() {
