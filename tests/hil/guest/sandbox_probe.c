@@ -210,7 +210,7 @@ static long call_time(void)
 }
 static long call_hostname(void)
 {
-    return sethostname("", (size_t)-1);
+    return syscall(SYS_sethostname, "", -1);
 }
 static long call_chroot(void)
 {
