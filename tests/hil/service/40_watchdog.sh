@@ -16,4 +16,3 @@ await 20 is ActiveState active
 [ "$(shown MainPID)" != "$pid" ] || wrong 'the same process'
 journalctl -q --no-pager -o cat -u dexeld.service | grep 'Watchdog timeout'
 meshed
-without_drop_in

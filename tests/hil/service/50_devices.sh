@@ -54,12 +54,3 @@ await 30 is_open /dev/ttyACM0
 scip_expect 1 turret
 open_devices
 status
-
-run=/run/dexeld
-small_scene
-unplug_scip
-unload_scip_gadget
-kill $turning
-wait $turning || true
-unload_gpio_sim
-rmmod vivid

@@ -4,14 +4,15 @@ set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh
 
+rm -f /var/lib/dexeld/*.mcap
 dexel record start
 recorded_some() { [ "$(counted blocks)" -ge 4 ]; }
 await 20 recorded_some
 is_batch() { for t in /proc/"$(shown MainPID)"/task/*/sched; do grep '^policy .*: *3$' "$t" && return; done; return 1; }
 await 5 is_batch
 dexel record stop
-await 10 test -s /var/lib/dexeld/hall.mcap
-dexel info /var/lib/dexeld/hall.mcap
+is_whole() { dexel info /var/lib/dexeld/hall.mcap | grep -q '^sound *yes'; }
+await 10 is_whole
 systemctl start dexeld-replay@hall.service
 has SubState running dexeld-replay@hall.service
 meshed --socket /run/dexeld-replay/hall/mesh.sock

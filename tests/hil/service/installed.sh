@@ -21,6 +21,19 @@ YAML
   systemctl restart dexeld.service
 }
 
+# after each test, and one that failed: neither its drop-in nor its devices are left to the next
+leave() {
+  [ ! -d $drop_ins ] || without_drop_in
+  [ ! -e /sys/module/vivid ] || {
+    small_scene
+    [ ! -d "${gadget:-}" ] || { unplug_scip && unload_scip_gadget; }
+    [ -z "${turning:-}" ] || { kill $turning && wait $turning; } || true
+    [ ! -d "${sim:-}" ] || unload_gpio_sim
+    rmmod vivid
+  }
+}
+trap leave EXIT
+
 # is_connected PID: a client that the service tells of
 is_connected() { status | grep -q "\"pid\":$1\b"; }
 
@@ -43,8 +56,6 @@ without_drop_in() {
   systemctl daemon-reload
   systemctl restart dexeld.service
 }
-# a test that fails leaves none to the next
-trap '[ ! -d $drop_ins ] || without_drop_in' EXIT
 
 # everything: all files but those of dpkg, of logs and caches, and accounts: what a purge must leave as it was
 everything() {
