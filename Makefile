@@ -210,7 +210,7 @@ check-long: check
 HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/redir_*.c tests/hil/guest/*.c)))
 hil: deps
 	+@B=$(B) MAKE='$(MAKE)' sh tests/hil/hil.sh
-hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim
+hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim $(B)/tests/dexeld_faults
 	@:
 $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)

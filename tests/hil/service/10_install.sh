@@ -1,13 +1,13 @@
 # The packages as they are: the service is enabled and runs from then on, as its own user, watched; its sockets are there for their groups
 # alone; systemd finds nothing to say of its units; nothing is warned of. The tests after this one find it installed.
-# limit: 120
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh
 
 everything >/run/hil/before
 dpkg -i debs/*.deb
-await 20 is ActiveState active
+await 60 is ActiveState active
 has SubState running
 has Type notify
 has NRestarts 0

@@ -1,6 +1,6 @@
 # Stopped, the service is started by who subscribes, who then gets the mesh; by the socket for operators as well. Its sockets go
 # with their units, and come with the service.
-# limit: 60
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh

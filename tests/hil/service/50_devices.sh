@@ -1,7 +1,7 @@
 # Within the sandbox, every kind of device is opened and streams: a camera (vivid), a scanner by libusb (which takes it from the kernel's
 # driver) and then by its serial port (the kernel's CDC-ACM on dummy_hcd), the encoder of its stage on GPIO lines (gpio-sim). What
 # subscribers get is right, value by value and wall by wall.
-# limit: 120
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh
@@ -14,10 +14,10 @@ load_scip_gadget
 run=$(mktemp -d)
 gpio_turn "$lines" 12 400 "$run/track" &
 turning=$!
-await 5 test -s "$run/track"
+await 60 test -s "$run/track"
 scip_scanner --track "$run/track"
 plug_scip
-await 10 test -c /dev/ttyACM0
+await 60 test -c /dev/ttyACM0
 ln -s /run/dexeld/*.sock "$run"
 
 # streams HOKUYO_KEY
@@ -42,7 +42,7 @@ is_open() { open_devices | grep -q "^$1"; }
 streams 'port: ""'
 systemctl restart dexeld.service
 width=320 height=180 depth_expect 2 /run/hil/pixels
-await 30 is_open /dev/bus/usb/
+await 60 is_open /dev/bus/usb/
 scip_expect 1 turret
 open_devices
 is_open "$video" && is_open "/dev/$chip" || wrong 'a device is not open'
@@ -50,7 +50,7 @@ is_open "$video" && is_open "/dev/$chip" || wrong 'a device is not open'
 
 streams 'tty: /dev/ttyACM0'
 systemctl restart dexeld.service
-await 30 is_open /dev/ttyACM0
+await 60 is_open /dev/ttyACM0
 scip_expect 1 turret
 open_devices
 status

@@ -1,6 +1,6 @@
 # What a service that was taken over could do: a probe runs in the service's place, within its unit's sandbox; first as the
 # service's user, then as root, whom no file's mode keeps out. Outside of it, the probe can do much more.
-# limit: 60
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh

@@ -1,5 +1,5 @@
 # A recording of the service, made by an operator, is replayed by an instance of its own unit, within that unit's sandbox.
-# limit: 60
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh
@@ -7,12 +7,12 @@ set -eu
 rm -f /var/lib/dexeld/*.mcap
 dexel record start
 recorded_some() { [ "$(counted blocks)" -ge 4 ]; }
-await 20 recorded_some
+await 60 recorded_some
 is_batch() { for t in /proc/"$(shown MainPID)"/task/*/sched; do grep '^policy .*: *3$' "$t" && return; done; return 1; }
-await 5 is_batch
+await 60 is_batch
 dexel record stop
 is_whole() { dexel info /var/lib/dexeld/hall.mcap | grep -q '^sound *yes'; }
-await 10 is_whole
+await 60 is_whole
 systemctl start dexeld-replay@hall.service
 has SubState running dexeld-replay@hall.service
 meshed --socket /run/dexeld-replay/hall/mesh.sock

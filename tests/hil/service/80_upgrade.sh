@@ -1,6 +1,6 @@
 # A later version is installed over it: the configuration that was changed stays, the service is the new one's, and who subscribes
 # meanwhile gets a mesh.
-# limit: 60
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh
@@ -10,7 +10,7 @@ pid=$(shown MainPID)
 dpkg --force-confold -i debs/next/dexeld_*.deb &
 upgrade=$!
 gone() { [ ! -d "/proc/$pid" ]; }
-await 30 gone
+await 60 gone
 meshed
 wait $upgrade
 case $(dpkg-query -W -f '${Status} ${Version}' dexeld) in 'install ok installed '*+later) ;; *) wrong 'the later version is not installed' ;; esac

@@ -1,5 +1,5 @@
 # Removed, configuration and recordings stay; purged, nothing is left: no file, user, group, unit or socket.
-# limit: 60
+# limit: 300
 set -eu
 . tests/hil/devices.sh
 . tests/hil/installed.sh

@@ -8,7 +8,7 @@ root=$out/disk
 rm -rf "$root"
 mkdir -p "$root/bin" "$root/tests/hil/service"
 cp -r "$out/debs" "$root"
-for p in $(find "$B/hil/bin" -type f ! -name 'redir_*') "$B/tests/scip_sim"; do strip -o "$root/bin/${p##*/}" "$p"; done
+for p in $(find "$B/hil/bin" -type f ! -name 'redir_*') "$B/tests/scip_sim" "$B/tests/dexeld_faults"; do strip -o "$root/bin/${p##*/}" "$p"; done
 cp tests/hil/runner.sh tests/hil/devices.sh tests/hil/service/installed.sh tests/hil/service/guest_main.sh "$root/tests/hil"
 cp tests/hil/service/[0-9]*.sh "$root/tests/hil/service"
 rm -f "$out/disk.ext4"

@@ -40,7 +40,7 @@ is_connected() { status | grep -q "\"pid\":$1\b"; }
 # meshed [ARGS...]: a subscriber gets a whole mesh
 meshed() {
   rm -f /run/hil/mesh.ply
-  timeout 25 dexel cat --frames 1 --quiet -o /run/hil/mesh.ply "$@" || wrong 'no mesh'
+  timeout 60 dexel cat --frames 1 --quiet -o /run/hil/mesh.ply "$@" || wrong 'no mesh'
   [ "$(triangles)" -gt 1000 ] || wrong "a mesh of $(triangles) triangles"
 }
 triangles() { head -n 20 /run/hil/mesh.ply | sed -n 's/^element face //p'; }
