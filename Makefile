@@ -207,7 +207,7 @@ check-long: check
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
 # tests/hil/guest/NAME.c runs inside.
-HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/redir_*.c tests/hil/guest/*.c)))
+HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/tsc_khz.c tests/hil/redir_*.c tests/hil/guest/*.c)))
 hil: deps
 	+@B=$(B) MAKE='$(MAKE)' sh tests/hil/hil.sh
 hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim $(B)/tests/dexeld_faults

@@ -9,14 +9,18 @@ everything >/run/hil/before
 dpkg -i debs/*.deb
 await 60 is ActiveState active
 has SubState running
-has Type notify
 has NRestarts 0
+# as GROUP COMMAND...: who is in that group alone
+as() { group=$1; shift; setpriv --reuid nobody --regid nogroup --groups "$group" --inh-caps=-all "$@"; }
+as dexel timeout 60 dexel cat --frames 1 --quiet || wrong 'the group dexel cannot subscribe'
+small_scene # the shipped one keeps the emulated processor busy
+
+has Type notify
 has WatchdogUSec 20s
 for unit in dexeld.service dexeld.socket dexeld-control.socket; do
   systemctl is-enabled --quiet $unit || wrong "$unit is not enabled"
   systemctl is-active --quiet $unit || wrong "$unit is not active"
 done
-shown StatusText
 
 owned() { [ "$(stat -c '%F %U:%G %a' "$1")" = "$2" ] || wrong "$1: $(stat -c '%F %U:%G %a' "$1")"; }
 owned /run/dexeld/mesh.sock 'socket root:dexel 660'
@@ -31,15 +35,11 @@ for group in $(process Groups); do getent group "$group" | cut -d: -f1; done | s
 [ "$(process CapEff)$(process CapBnd)" = 00000000000000000000000000000000 ] || wrong 'it has capabilities'
 [ "$(process NoNewPrivs)$(process Seccomp)" = 12 ] || wrong 'no filter of system calls'
 
-# as GROUP COMMAND...: who is in that group alone
-as() { group=$1; shift; setpriv --reuid nobody --regid nogroup --groups "$group" --inh-caps=-all "$@"; }
-as dexel timeout 60 dexel cat --frames 1 --quiet || wrong 'the group dexel cannot subscribe'
 as dexel-admin dexel status || wrong 'the group dexel-admin cannot ask'
 ! as dexel dexel status || wrong 'the group dexel can operate'
 ! as dexel-admin dexel cat --frames 1 --quiet || wrong 'the group dexel-admin can subscribe'
 ! as nogroup dexel cat --frames 1 --quiet || wrong 'anybody can subscribe'
 
-small_scene
 said=$(systemd-analyze verify --man=no dexeld.service dexeld.socket dexeld-control.socket dexeld-replay@hall.service 2>&1) || wrong "verify: $said"
 [ -z "$said" ] || wrong "verify: $said"
 systemd-analyze security --no-pager dexeld.service | tail -n 1

@@ -15,9 +15,8 @@ what=
 results=stdio
 if [ "${1:-}" = --shell ]; then what=hil_shell results=mon:stdio; fi
 
-# The clock is the one that needs no calibration: a busy host had the kernel take the processor's counter for ten times as slow as it is
 guest() {
-  qemu "clocksource=hpet systemd.show_status=0 $what ${HIL_ARGS:-}" -smp 2 -m 768 -initrd "$out/boot.cpio" \
+  qemu "tsc_early_khz=$("$hil/bin/tsc_khz") systemd.show_status=0 $what ${HIL_ARGS:-}" -smp 2 -m 768 -initrd "$out/boot.cpio" \
     -drive "file=$out/root.ext4,if=virtio,format=raw,snapshot=on" \
     -drive "file=$out/disk.ext4,if=virtio,format=raw,readonly=on" \
     -serial "file:$out/console.log" -serial "$results"
