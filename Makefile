@@ -84,7 +84,7 @@ all: $(PROGRAMS) $(B)/lib/libdexel.so $(B)/lib/libdexel.a $(B)/libdexel.pc
 help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
 	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
-	@echo 'make hil         the drivers on a real kernel, in a guest with simulated devices (docs/hil.md)'
+	@echo 'make hil         the drivers on a real kernel, packages and units under systemd, in guests (docs/hil.md)'
 	@echo 'make check-long  the long tests as well: large grids, sanitizers, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
@@ -213,10 +213,10 @@ check-long: check
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
 # tests/hil/guest/NAME.c runs inside.
-HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/redir_*.c tests/hil/guest/*.c)))
+HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/tsc_khz.c tests/hil/redir_*.c tests/hil/guest/*.c)))
 hil: deps
 	+@B=$(B) MAKE='$(MAKE)' sh tests/hil/hil.sh
-hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim
+hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim $(B)/tests/dexeld_faults
 	@:
 $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)

@@ -1,10 +1,10 @@
 /*
- * room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1 [still]: a subscriber of a scanner that stands in a
- * box-shaped room, on a turning stage. In each of N whole frames, the first left out, a third of
- * the dexels must have a vertex, and each must lie on a wall: all within FAR_M, on average within
- * MEAN_M. FAR_M is what one count of an encoder with 400 is in a corner 4 m away, 63 mm, and some
- * milliseconds between the scanner's clock and ours. In two frames or more, half a turn each, all
- * six walls must have been seen.
+ * room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1 [still|STREAM]: a subscriber of a scanner (the only stream,
+ * or the one named) that stands in a box-shaped room, on a turning stage. In each of N whole
+ * frames, the first left out, a third of the dexels must have a vertex, and each must lie on a
+ * wall: all within FAR_M, on average within MEAN_M. FAR_M is what one count of an encoder with 400
+ * is in a corner 4 m away, 63 mm, and some milliseconds between the scanner's clock and ours. In
+ * two frames or more, half a turn each, all six walls must have been seen.
  *
  * still: the scanner does not turn, though the service takes it for turning. Then each scan is the
  * same, and the mesh is the body of revolution of it: floor and ceiling, and a cylinder of the
@@ -155,9 +155,10 @@ int main(int argc, char **argv)
     int r;
 
     check.still = argc == 10 && !strcmp(argv[9], "still");
-    if (argc != (check.still ? 10 : 9))
-        die("usage: room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1 [still]");
+    if (argc != 9 && argc != 10)
+        die("usage: room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1 [still|STREAM]");
     options.socket = argv[1];
+    options.stream = check.still ? NULL : argv[9];
     check.n_wanted = (unsigned)strtoul(argv[2], NULL, 10);
     for (int k = 0; k < 6; k++)
         check.room[k] = strtod(argv[3 + k], NULL);
