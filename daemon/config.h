@@ -53,9 +53,11 @@ struct dx_stream_config {
 struct dx_config {
     char *socket;
     char *control_socket;
-    uint32_t threads; /* of the pool; 0: one per processor */
-    uint32_t max_clients;
-    int log_level; /* syslog(3) priority */
+    uint32_t threads;                          /* of the pool; 0: one per processor */
+    uint32_t max_clients, max_clients_per_uid; /* of a user; 0: no bound of its own */
+    uint32_t client_memory_mib;
+    uint32_t max_requests; /* a second */
+    int log_level;         /* syslog(3) priority */
     uint32_t n_streams;
     struct dx_stream_config *streams;
 };

@@ -72,7 +72,7 @@ static int open_server(struct service *s, const struct dx_config *config, struct
 {
     struct dx_server_options options = {.mesh_path = config->socket,
                                         .control_path = config->control_socket,
-                                        .max_clients = config->max_clients,
+                                        .limits = dx_service_limits(config),
                                         .signals = true,
                                         .reload = reload,
                                         .ctx = s};

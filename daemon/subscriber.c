@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "daemon/clock.h"
+#include "daemon/limits.h"
 #include "daemon/log.h"
 
 #define TURN_BUDGET (256u << 10) /* bytes to one subscriber before the others have their turn */
@@ -16,10 +17,10 @@
 
 static int on_io(sd_event_source *source, int fd, uint32_t revents, void *subscriber);
 
-int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd)
+int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd,
+                      const struct ucred *who)
 {
     struct dx_subscriber *s = calloc(1, sizeof(*s));
-    socklen_t len = sizeof(s->cred);
     int r;
 
     if (!s) {
@@ -30,8 +31,7 @@ int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int 
     s->fd = fd;
     s->number = ++server->n_connections;
     s->hello_due_ns = dx_clock_ns() + server->options.hello_ns;
-    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &s->cred, &len) < 0)
-        s->cred = (struct ucred){0, (uid_t)-1, (gid_t)-1};
+    s->cred = *who;
     s->io_events = EPOLLIN;
     r = sd_event_add_io(server->event, &s->io, fd, EPOLLIN, on_io, s);
     if (r < 0) {
@@ -73,6 +73,7 @@ void dx_subscriber_free(struct dx_subscriber *s)
         return;
     if (s->phase != DX_SUBSCRIBER_CLOSED)
         disconnect(s);
+    dx_limits_let_go(s);
     free(s->out.own);
     free(s);
 }
@@ -328,9 +329,14 @@ static unsigned form_asked(struct dx_subscriber *s, struct dx_server_stream *st)
 static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
 {
     const unsigned form = form_asked(s, st);
+    char why[DX_WIRE_TEXT];
 
     if (form == DX_N_FORMS)
         return;
+    if (!dx_limits_take(s, DX_OUTBOX_OWN + dx_view_len(st->loop), why)) {
+        refuse(s, DX_WIRE_E_LIMIT, why);
+        return;
+    }
     if (join(s, st, form) < 0) {
         refuse(s, DX_WIRE_E_LIMIT, "no memory for another subscriber");
         return;
