@@ -298,6 +298,7 @@ format:
 	clang-format -i $$(git ls-files '*.c' '*.h')
 
 # ---- install --------------------------------------------------------------------------------------
+MAN1 := docs/dexel.1 $(wildcard docs/dexel-*.1)
 UNITS := dexeld.service dexeld.socket dexeld-control.socket dexeld-replay@.service
 install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
@@ -316,7 +317,7 @@ install: all
 	$(INSTALL) -m 644 client/dexel.h $(DESTDIR)$(includedir)
 	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
 	$(INSTALL) -m 644 client/python/dexel.py $(DESTDIR)$(pythondir)
-	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
+	$(INSTALL) -m 644 $(MAN1) $(DESTDIR)$(mandir)/man1
 	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
 	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
@@ -345,7 +346,7 @@ uninstall:
 	rm -f $(DESTDIR)$(bindir)/dexel $(DESTDIR)$(sbindir)/dexeld $(DESTDIR)$(libdir)/libdexel.a \
 	  $(DESTDIR)$(libdir)/libdexel.so $(DESTDIR)$(libdir)/$(SONAME) \
 	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
-	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
+	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(addprefix $(DESTDIR)$(mandir)/man1/,$(notdir $(MAN1))) \
 	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
 	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(sysusersdir)/dexeld.conf \
 	  $(DESTDIR)$(tmpfilesdir)/dexeld.conf $(DESTDIR)$(metainfodir)/dexeld.metainfo.xml \

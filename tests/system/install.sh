@@ -10,7 +10,7 @@ built=$B
 at_root() { make -s --no-print-directory B="$built" DESTDIR="$root" prefix=/usr sysconfdir=/etc "$1"; }
 
 at_root install
-for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libdexel.pc share/man/man1/dexel.1 \
+for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libdexel.pc share/man/man1/dexel.1 share/man/man1/dexel-mesh.1 \
   share/man/man5/dexeld.yaml.5 share/man/man8/dexeld.8 share/doc/dexeld/protocol.md \
   share/dexeld/grafana/dexeld.json share/dexeld/prometheus/dexeld.rules.yml \
   share/doc/dexeld/hall.png share/doc/dexeld/follow.c lib/sysusers.d/dexeld.conf lib/tmpfiles.d/dexeld.conf \
