@@ -82,9 +82,10 @@ static void join_row(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const 
     dx_bits there[DX_N_EDGES];
 
     dx_edges_both(there, a->valid[p], p + 1 < a->end ? a->valid[p + 1] : 0);
-    memcpy(joined, there, sizeof(there));
-    if (!gates->first_order)
+    if (!gates->first_order) {
+        memcpy(joined, there, sizeof(there));
         return;
+    }
     if (gates->wide)
         join_wide(joined, a, there, gates, p);
     else
