@@ -53,22 +53,31 @@ static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
 
 /* ---- frames as they are --------------------------------------------------------------------- */
 
-/* Copies columns [col, end) of a row, of `size` bytes each, and widens `moved` by those that
- * differed. It is looked for them only where it is not as wide yet. */
-static bool replace(struct dx_rect *moved, uint8_t *to, const uint8_t *from, size_t size,
-                    uint32_t col, uint32_t end)
+/* Widens `moved` by those of columns [col, end) that differ, of `size` bytes each; some do. */
+static void widen(struct dx_rect *moved, const uint8_t *x, const uint8_t *y, size_t size,
+                  uint32_t col, uint32_t end)
 {
-    uint32_t first = col, last = end - 1;
+    uint32_t last = end - 1;
 
-    if (memcmp(to + col * size, from + col * size, (end - col) * size) == 0)
-        return false;
-    while (last > moved->col1 && memcmp(to + last * size, from + last * size, size) == 0)
+    while (col < moved->col0 && memcmp(x + col * size, y + col * size, size) == 0)
+        col++;
+    while (last > moved->col1 && memcmp(x + last * size, y + last * size, size) == 0)
         last--;
+    moved->col0 = col < moved->col0 ? col : moved->col0;
     moved->col1 = last > moved->col1 ? last : moved->col1;
-    while (first < moved->col0 && memcmp(to + first * size, from + first * size, size) == 0)
-        first++;
-    moved->col0 = first < moved->col0 ? first : moved->col0;
-    memcpy(to + col * size, from + col * size, (end - col) * size);
+}
+
+/* Copies such columns; whether they differed. */
+static inline bool replace(struct dx_rect *moved, uint8_t *to, const uint8_t *from, size_t size,
+                           uint32_t col, uint32_t end)
+{
+    const size_t at = col * size, n = (end - col) * size;
+
+    if (memcmp(to + at, from + at, n) == 0)
+        return false;
+    if (col < moved->col0 || end - 1 > moved->col1) /* else it is as wide */
+        widen(moved, to, from, size, col, end);
+    memcpy(to + at, from + at, n);
     return true;
 }
 
