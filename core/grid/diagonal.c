@@ -69,17 +69,19 @@ static bool prefer_corners(const struct dx_area *a, const struct dx_gates *gates
 /* Whether a cell is joined to the four samples beyond its corners. */
 static bool has_outer(const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return dx_bits_at(a->joined[DX_EDGE_AC][p - 1], q - 1) &&
-           dx_bits_at(a->joined[DX_EDGE_AC][p + 1], q + 1) &&
-           dx_bits_at(a->joined[DX_EDGE_BD][p - 1], q + 1) &&
-           dx_bits_at(a->joined[DX_EDGE_BD][p + 1], q - 1);
+    return dx_bits_at(dx_words_at(&a->joined[DX_EDGE_AC], p - 1), q - 1) &&
+           dx_bits_at(dx_words_at(&a->joined[DX_EDGE_AC], p + 1), q + 1) &&
+           dx_bits_at(dx_words_at(&a->joined[DX_EDGE_BD], p - 1), q + 1) &&
+           dx_bits_at(dx_words_at(&a->joined[DX_EDGE_BD], p + 1), q - 1);
 }
 
 /* The same of a row of cells. */
 static uint64_t find_outer(const struct dx_area *a, uint32_t p)
 {
-    const dx_bits ac = a->joined[DX_EDGE_AC][p - 1] << 1 & a->joined[DX_EDGE_AC][p + 1] >> 1;
-    const dx_bits bd = a->joined[DX_EDGE_BD][p - 1] >> 1 & a->joined[DX_EDGE_BD][p + 1] << 1;
+    const dx_bits ac = dx_words_at(&a->joined[DX_EDGE_AC], p - 1) << 1 &
+                       dx_words_at(&a->joined[DX_EDGE_AC], p + 1) >> 1;
+    const dx_bits bd = dx_words_at(&a->joined[DX_EDGE_BD], p - 1) >> 1 &
+                       dx_words_at(&a->joined[DX_EDGE_BD], p + 1) << 1;
 
     return dx_area_own(ac & bd);
 }

@@ -54,14 +54,17 @@ static dx_bits settle_wide(const struct dx_area *a, dx_bits unsure, const struct
 }
 
 static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
-                      const dx_bits there[DX_N_EDGES], const struct dx_gates *gates, uint32_t p)
+                      const struct dx_gates *gates, uint32_t p)
 {
+    const dx_bits here = dx_words_at(&a->valid, p), below = dx_words_at(&a->valid, p + 1);
     const struct dx_row_wide_pair rows = {a->range[p], a->range[p + 1], gates->t0,
                                           (double)gates->n2};
     struct dx_row_joined row[DX_N_EDGES];
     const uint32_t *each[DX_N_EDGES];
     uint32_t c[DX_N_EDGES];
+    dx_bits there[DX_N_EDGES];
 
+    dx_edges_both(there, here, below);
     for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
         each[e] = a->c[e][p];
         c[e] = gates->per_dexel ? 0 : gates->c[e][dx_area_row(a, p)];
@@ -74,45 +77,62 @@ static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
         joined[e] = row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p);
 }
 
-/* A row of edges, by their kinds: bit q is that of cell (p, q). In the paper's mode whatever is
- * there is joined. */
-static void join_row(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
-                     const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+/* What the first order says of a row of edges, by their kinds: bit q is that of cell (p, q). Where
+ * an end is missing, it may say either. */
+static void join_row(struct dx_area *a, const struct noise *n, const struct dx_gates *gates,
+                     uint32_t p)
 {
-    dx_bits there[DX_N_EDGES];
+    dx_bits joined[DX_N_EDGES];
 
-    dx_edges_both(there, a->valid[p], p + 1 < a->end ? a->valid[p + 1] : 0);
-    if (!gates->first_order) {
-        memcpy(joined, there, sizeof(there));
-        return;
-    }
     if (gates->wide)
-        join_wide(joined, a, there, gates, p);
+        join_wide(joined, a, gates, p);
     else
         join_narrow(joined, a, n, gates, p);
-    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-        joined[e] &= there[e];
-        if (joined[e] != there[e] && gates->rescue)
-            joined[e] |= dx_rescue_row(a, there[e] & ~joined[e], gates, g, e, p);
-    }
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
+        dx_words_put(&a->joined[e], p, joined[e]);
 }
 
-void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g)
+static void join_first_order(struct dx_area *a, const struct dx_gates *gates,
+                             const struct dx_geometry *g)
 {
     struct noise noise = {0};
 
     fill_noise(&noise, a, gates, a->first);
     for (uint32_t p = a->first; p < a->end; p++) {
-        dx_bits joined[DX_N_EDGES] = {0};
-
         if (p + 1 < a->end) /* the last row that is read has none below it */
             fill_noise(&noise, a, gates, p + 1);
         if (a->row0 + p >= 0 && a->row0 + p < g->height)
-            join_row(joined, a, &noise, gates, g, p);
-        for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-            a->joined[e][p] = joined[e];
-            if (gates->cap && joined[e])
-                dx_cap_row(a, gates, e, p);
-        }
+            join_row(a, &noise, gates, p);
     }
+}
+
+static void rescue_row(struct dx_area *a, const struct dx_row_words failed[DX_N_EDGES],
+                       const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+{
+    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+        const dx_bits row = dx_words_at(&failed[e], p);
+
+        if (row)
+            dx_words_put(&a->joined[e], p,
+                         dx_words_at(&a->joined[e], p) | dx_rescue_row(a, row, gates, g, e, p));
+    }
+}
+
+void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g)
+{
+    struct dx_row_words failed[DX_N_EDGES];
+    uint64_t some_failed[DX_WORDS_ROWS];
+
+    if (gates->first_order)
+        join_first_order(a, gates, g);
+    else /* in the paper's mode whatever is there is joined */
+        memset(a->joined, 0xff, sizeof(a->joined));
+    gates->rows->rules.join_there(a->joined, failed, some_failed, &a->valid);
+    for (uint32_t p = a->first; gates->rescue && p < a->end; p++)
+        if (some_failed[p])
+            rescue_row(a, failed, gates, g, p);
+    for (uint32_t p = a->first; gates->cap && p < a->end; p++)
+        for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
+            if (dx_words_at(&a->joined[e], p))
+                dx_cap_row(a, gates, e, p);
 }

@@ -11,7 +11,8 @@ void dx_rules_apply(const struct dx_outcome *out, struct dx_rules_scratch *s,
     dx_area_gather(&s->area, plane, tiling, g, gates, out->row, out->col);
     dx_edges_join(&s->area, gates, g);
     dx_mixed_find(&s->area, gates);
-    dx_cells_code(out->code, &s->diagonal, &s->area, gates, g, tiling);
+    dx_cells_decide(&s->cells, &s->area, gates, g, tiling);
+    dx_cells_code(out->code, &s->cells, gates->rows);
     dx_struts_code(out->strut, &s->spans, &s->area, gates, g, tiling);
 }
 

@@ -15,7 +15,7 @@
 /* One per thread, zeroed when it is made. */
 struct dx_rules_scratch {
     struct dx_area area;
-    struct dx_diagonal diagonal;
+    struct dx_cells cells;
     struct dx_spans spans;
 };
 

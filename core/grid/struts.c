@@ -69,7 +69,8 @@ static bool can_span(const struct run *r, const struct dx_area *a, const struct 
     const struct place begin = at(r, -1, 0), end = at(r, r->len, 0);
     uint32_t row = dx_area_row(a, r->p), col = dx_area_col(a, r->q, g->width);
 
-    return dx_bits_at(a->alive[begin.p], begin.q) && dx_bits_at(a->alive[end.p], end.q) &&
+    return dx_bits_at(dx_words_at(&a->alive, begin.p), begin.q) &&
+           dx_bits_at(dx_words_at(&a->alive, end.p), end.q) &&
            dx_gates_pass(gates, range_at(a, begin), range_at(a, end),
                          dx_gates_span(gates, g, r->across, r->len, row, col)) &&
            within_cap(a, gates, begin, end) &&
@@ -102,7 +103,8 @@ static bool choose(uint8_t *way, const struct dx_area *a, const struct dx_gates 
  * each other, or, where two in a row are bridged, any. */
 static dx_bits find_crowded(const struct dx_area *a, dx_bits lone, uint8_t bridge, uint32_t p)
 {
-    const dx_bits above = a->valid[p - 1], here = a->valid[p], below = a->valid[p + 1];
+    const dx_bits above = dx_words_at(&a->valid, p - 1), here = dx_words_at(&a->valid, p),
+                  below = dx_words_at(&a->valid, p + 1);
     dx_bits ends = (above & below) | (here << 1 & here >> 1);
 
     if (bridge > 1)
@@ -112,9 +114,10 @@ static dx_bits find_crowded(const struct dx_area *a, dx_bits lone, uint8_t bridg
 
 static dx_bits find_lone(const struct dx_area *a, uint32_t p)
 {
-    const dx_bits here = a->valid[p];
+    const dx_bits here = dx_words_at(&a->valid, p);
 
-    return ~here & a->valid[p - 1] & a->valid[p + 1] & here << 1 & here >> 1;
+    return ~here & dx_words_at(&a->valid, p - 1) & dx_words_at(&a->valid, p + 1) & here << 1 &
+           here >> 1;
 }
 
 static dx_bits choose_row(uint8_t way[DX_AREA_STRIDE], dx_bits crowded, const struct dx_area *a,
@@ -143,7 +146,7 @@ static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct
         const bool in_grid = a->row0 + p >= 0 && a->row0 + p < g->height;
 
         s->lone[p] = s->spanned[p] = 0;
-        if (!in_grid || !(~a->valid[p] & columns))
+        if (!in_grid || !(~dx_words_at(&a->valid, p) & columns))
             continue;
         s->lone[p] = find_lone(a, p) & columns;
         s->spanned[p] = choose_row(
@@ -287,11 +290,13 @@ static void find_constants(struct lone_row *r, const struct dx_gates *gates,
 
 static void find_sides(struct lone_row *r, const struct dx_area *a, uint32_t p)
 {
-    const dx_bits nw = a->edge[DX_EDGE_BD][p - 1] << 1, ne = a->edge[DX_EDGE_AC][p - 1];
-    const dx_bits sw = a->edge[DX_EDGE_AC][p] << 1, se = a->edge[DX_EDGE_BD][p];
+    const dx_bits nw = dx_words_at(&a->edge[DX_EDGE_BD], p - 1) << 1,
+                  ne = dx_words_at(&a->edge[DX_EDGE_AC], p - 1);
+    const dx_bits sw = dx_words_at(&a->edge[DX_EDGE_AC], p) << 1,
+                  se = dx_words_at(&a->edge[DX_EDGE_BD], p);
 
-    r->ends[0] = a->alive[p - 1] & a->alive[p + 1];
-    r->ends[1] = a->alive[p] << 1 & a->alive[p] >> 1;
+    r->ends[0] = dx_words_at(&a->alive, p - 1) & dx_words_at(&a->alive, p + 1);
+    r->ends[1] = dx_words_at(&a->alive, p) << 1 & dx_words_at(&a->alive, p) >> 1;
     r->first[0] = nw & sw;
     r->first[1] = nw & ne;
     r->second[0] = se & ne;

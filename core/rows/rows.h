@@ -106,6 +106,45 @@ struct dx_row_bends {
                                      const struct dx_row_sigma *sigma);
 };
 
+/* Triangles that the cells of a tile can have, by rows; even: both diagonals would give as many,
+ * and some. */
+struct dx_row_cells {
+    uint64_t abc[DX_ROWS_CELLS], acd[DX_ROWS_CELLS], abd[DX_ROWS_CELLS], bcd[DX_ROWS_CELLS];
+    uint64_t even[DX_ROWS_CELLS];
+};
+
+/* The rules on rows of bits: those of all rows of a tile's neighbourhood at once. */
+struct dx_row_rules {
+    /* Of the edges that the first order joins, those whose ends are there; those that are there and
+     * fail, and whether any of a row's does. */
+    void (*join_there)(struct dx_row_words joined[DX_ROW_EDGES],
+                       struct dx_row_words failed[DX_ROW_EDGES],
+                       uint64_t some_failed[DX_WORDS_ROWS], const struct dx_row_words *valid);
+
+    /* Valid samples that no axis takes for mixed; and of those the ones that are joined to more
+     * than three of eight neighbours. */
+    void (*attached)(struct dx_row_words *alive, const struct dx_row_words *valid,
+                     const struct dx_row_words joined[DX_ROW_EDGES]);
+    void (*well_joined)(struct dx_row_words *alive, const struct dx_row_words joined[DX_ROW_EDGES]);
+
+    /* Joined edges both of whose ends are alive. */
+    void (*keep_alive)(struct dx_row_words edge[DX_ROW_EDGES],
+                       const struct dx_row_words joined[DX_ROW_EDGES],
+                       const struct dx_row_words *alive);
+
+    /* The triangles that the tile's own cells can have, which begin at row and column `margin`. */
+    void (*triangles)(struct dx_row_cells *out, const struct dx_row_words edge[DX_ROW_EDGES],
+                      uint32_t margin);
+
+    /* The three bits of their codes. */
+    void (*outcomes)(uint64_t bit[3][DX_ROWS_CELLS], const struct dx_row_cells *cells,
+                     const uint64_t prefer_bd[DX_ROWS_CELLS],
+                     const uint64_t is_cell[DX_ROWS_CELLS]);
+
+    /* The dexels of the tile's block that its cells use. */
+    void (*corners)(dx_bits used[DX_ROWS_CELLS + 3], const uint64_t bit[3][DX_ROWS_CELLS]);
+};
+
 /* A block row of a tile under a spinning geometry (geometry.h): its row's six numbers, cosines and
  * sines of its columns. */
 struct dx_row_spin {
@@ -168,8 +207,9 @@ struct dx_rows {
                            const uint32_t *const c[DX_ROW_EDGES]);
 
     struct dx_row_bends narrow, wide;
+    struct dx_row_rules rules;
 
-    /* Cell codes, one byte each, from their three bits. */
+    /* Cell codes, one byte each, from the three bits of a row of them. */
     void (*code)(uint8_t *code, const uint64_t bit[3]);
 
     /* ---- tiles; what is written to `out` may be followed by up to DX_ROWS_SLACK elements more

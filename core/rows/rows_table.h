@@ -30,6 +30,8 @@
 #define CUTS        1.0
 #include "core/rows/rows_bends.h"
 
+#include "core/rows/rows_words.h"
+
 #include "core/rows/rows_wire.h"
 
 #include "core/rows/rows_normals.h"
@@ -42,12 +44,19 @@
         .residuals_each = kind##_residuals_each, .bend = kind##_bend,                              \
     }
 
+#define RULES                                                                                      \
+    {                                                                                              \
+        .join_there = join_there_words, .attached = attached_words,                                \
+        .well_joined = well_joined_words, .keep_alive = keep_alive_words,                          \
+        .triangles = triangles_words, .outcomes = outcomes_words, .corners = corners_words,        \
+    }
+
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
         .name = set_name, .valid = valid_row, .valid_wide = valid_wide_row, .noise = noise_row,    \
         .join = join_row, .join_each = join_each_row, .join_wide = join_wide_row,                  \
         .join_wide_each = join_wide_each_row, .narrow = BENDS(narrow), .wide = BENDS(wide),        \
-        .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows,                 \
+        .rules = RULES, .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows, \
         .rank = rank_row, .digest = digest_row, .spin = spin_row, .emit = emit_row,                \
         .keep = keep_row, .keep16 = keep16_row, .deltas = deltas_row, .turn = turn_row,            \
         .stretch = stretch_row, .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,      \
