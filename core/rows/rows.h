@@ -56,30 +56,20 @@ struct dx_row_sigma {
     double a0, a1, a2, max, off;
 };
 
-/* Weights of the two diagonal lines of a row: minus and plus of a-c, minus and plus of b-d. */
+/* Weights of the two diagonal lines through a dexel: minus and plus of a-c, minus and plus of b-d;
+ * at most 1, and no numbers where there is no line. */
 struct dx_row_weights {
     double ac[2], bd[2];
 };
 
-/* Residuals of the two diagonal lines through the corners of a row of cells, and the size of their
- * terms; in one of the two kinds of numbers. */
-struct dx_row_residuals {
-    union {
-        struct {
-            float narrow_ac[DX_ROWS_CORNERS], narrow_bd[DX_ROWS_CORNERS];
-            float narrow_size[DX_ROWS_CORNERS];
-        };
-        struct {
-            double wide_ac[DX_ROWS_CORNERS], wide_bd[DX_ROWS_CORNERS];
-            double wide_size[DX_ROWS_CORNERS];
-        };
-    };
-};
-
-/* What the choice between bends looks at, from the first cell's corner a on. */
+/* What the choice between bends looks at: the inverse ranges of four rows around a row of cells,
+ * from one column before the first cell's corner a on; the ranges of the cells' corners from that
+ * one on; and weights of the lines through the upper and the lower ones, for each or for the row.
+ */
 struct dx_row_bend {
-    const struct dx_row_residuals *top, *bottom;
-    const void *inverse, *range, *range_below;
+    const void *inverse[4];
+    const void *range, *range_below;
+    const struct dx_row_weights *top, *bottom;
     uint64_t outer; /* cells with edges to the four samples beyond their corners */
 };
 
@@ -90,20 +80,16 @@ struct dx_row_preference {
 
 /* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
 struct dx_row_bends {
-    /* 2^40 / r; infinite for r below 16, which integers take for missing; 0 for 0. */
+    /* 2^40 / r of DX_ROWS_CORNERS ranges; infinite for r below 16, which integers take for missing;
+     * 0 for 0. */
     void (*inverse)(void *out, const void *range);
 
-    /* From the inverse ranges above, here and below, each from one column before the first corner
-     * on; with weights for the row or for each corner. */
-    void (*residuals)(struct dx_row_residuals *out, const void *const inverse[3],
-                      const struct dx_row_weights *w);
-    void (*residuals_each)(struct dx_row_residuals *out, const void *const inverse[3],
-                           const struct dx_row_weights *w);
-
     /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
-     * ends differ less in range. */
+     * ends differ less in range. With weights for the row, or for each corner. */
     struct dx_row_preference (*bend)(const struct dx_row_bend *row,
                                      const struct dx_row_sigma *sigma);
+    struct dx_row_preference (*bend_each)(const struct dx_row_bend *row,
+                                          const struct dx_row_sigma *sigma);
 };
 
 /* Triangles that the cells of a tile can have, by rows; even: both diagonals would give as many,

@@ -76,6 +76,22 @@ static inline __m256i spread32(uint32_t bits, uint8_t value)
                             _mm256_set1_epi8((char)value));
 }
 
+static inline struct dx_row_preference tell_f32(const float *more, const float *margin)
+{
+    const __m256 sign = _mm256_set1_ps(-0.0f);
+    struct dx_row_preference p = {0, 0};
+
+    for (int at = 0; at < DX_ROWS_CELLS; at += 8) {
+        const __m256 x = _mm256_loadu_ps(more + at), size = _mm256_andnot_ps(sign, x);
+        const __m256 unsure = _mm256_cmp_ps(size, _mm256_loadu_ps(margin + at), _CMP_NGT_UQ);
+        const __m256 bd = _mm256_cmp_ps(x, _mm256_setzero_ps(), _CMP_GT_OQ);
+
+        p.bd |= (uint64_t)(uint32_t)_mm256_movemask_ps(bd) << at;
+        p.unsure |= (uint64_t)(uint32_t)_mm256_movemask_ps(unsure) << at;
+    }
+    return p;
+}
+
 static void code_row(uint8_t *code, const uint64_t bit[3])
 {
     for (int at = 0; at < DX_ROWS_CELLS; at += 32) {
