@@ -121,7 +121,10 @@ bool dx_terrain_tile(const struct dx_terrain *t, uint32_t number, struct dx_tile
 {
     dx_terrain_describe(t, number, tile);
     memcpy(tile->code, t->code + (size_t)number * sizeof(tile->code), sizeof(tile->code));
-    memcpy(tile->strut, t->strut + (size_t)number * sizeof(tile->strut), sizeof(tile->strut));
+    if (t->has_struts[number])
+        memcpy(tile->strut, t->strut + (size_t)number * sizeof(tile->strut), sizeof(tile->strut));
+    else
+        memset(tile->strut, 0, sizeof(tile->strut));
     if (!dx_rules_any(tile))
         return false;
     gather(t, tile);

@@ -47,7 +47,6 @@ static void mark_struts(struct dx_used *used, const uint8_t *strut)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
 
-    used->has_struts = has_struts(strut);
     memset(used->strut, 0, sizeof(used->strut));
     for (uint32_t i = 0; used->has_struts && i < DX_BLOCK; i++) {
         const uint8_t *row = strut + i * DX_BLOCK;
@@ -76,14 +75,14 @@ void dx_used_number(struct dx_used *used)
 void dx_used_of(struct dx_used *used, const uint64_t bit[3][DX_TILE_CELLS], const uint8_t *strut)
 {
     dx_rows_get(DX_SIMD_AUTO)->rules.corners(used->row, bit);
+    used->has_struts = strut && has_struts(strut);
     mark_struts(used, strut);
     dx_used_number(used);
 }
 
-void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut)
+void dx_used_bits(uint64_t bit[3][DX_TILE_CELLS], const uint8_t *code)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
-    uint64_t bit[3][DX_TILE_CELLS];
 
     for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
         uint64_t row[3];
@@ -92,6 +91,13 @@ void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *stru
         for (int k = 0; k < 3; k++)
             bit[k][i] = row[k];
     }
+}
+
+void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut)
+{
+    uint64_t bit[3][DX_TILE_CELLS];
+
+    dx_used_bits(bit, code);
     dx_used_of(used, bit, strut);
 }
 

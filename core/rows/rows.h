@@ -214,8 +214,12 @@ struct dx_rows {
     /* DX_ROWS_N ranks, where dexels are used: `first` and those before them in the row. */
     void (*rank)(uint16_t *rank, dx_bits used, uint16_t first);
 
-    /* Content hash of a row of 16-bit ranges, 0 for those that are not used, into all rows'. */
-    void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *range, dx_bits used);
+    /* Content hash of rows of 16-bit ranges, 0 for those that are not used; and of rows of words.
+     */
+    void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *const *range, const dx_bits *used,
+                   uint32_t n_rows);
+    void (*digest_words)(uint64_t lane[DX_ROWS_LANES], const uint64_t (*word)[DX_ROWS_LANES],
+                         uint32_t n_rows);
 
     /* Points of the used dexels of a block row, metres, one after the other. Returns where the next
      * one goes. */

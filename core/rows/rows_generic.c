@@ -52,6 +52,14 @@ static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
     }
 }
 
+/* 16-bit values where they are used, and 0 elsewhere. */
+static inline void keep_used16(uint16_t out[DX_ROWS_N], const uint16_t *value, dx_bits used)
+{
+    unpack16(out, used);
+    for (uint32_t q = 0; q < DX_ROWS_N; q++)
+        out[q] &= value[q];
+}
+
 static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
 {
     static const uint32_t bit[4] = {1, 2, 4, 8};

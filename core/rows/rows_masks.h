@@ -30,6 +30,16 @@ static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
     _mm256_storeu_si256((__m256i *)(out + 64), _mm256_movm_epi16((uint16_t)(is >> 64)));
 }
 
+static inline void keep_used16(uint16_t out[DX_ROWS_N], const uint16_t *value, dx_bits used)
+{
+    const uint64_t low = (uint64_t)used;
+
+    _mm512_storeu_si512(out, _mm512_maskz_loadu_epi16((uint32_t)low, value));
+    _mm512_storeu_si512(out + 32, _mm512_maskz_loadu_epi16((uint32_t)(low >> 32), value + 32));
+    _mm256_storeu_si256((__m256i *)(out + 64),
+                        _mm256_maskz_loadu_epi16((uint16_t)(used >> 64), value + 64));
+}
+
 static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
 {
     for (int at = 0; at < DX_ROWS_N; at += 16)

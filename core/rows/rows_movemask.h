@@ -52,6 +52,13 @@ static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
     }
 }
 
+static inline void keep_used16(uint16_t out[DX_ROWS_N], const uint16_t *value, dx_bits used)
+{
+    unpack16(out, used);
+    for (uint32_t q = 0; q < DX_ROWS_N; q++)
+        out[q] &= value[q];
+}
+
 static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
 {
     const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 0x10, 0x20, 0x40, 0x80);

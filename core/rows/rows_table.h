@@ -71,8 +71,9 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .join = join_row, .join_each = join_each_row, .join_wide = join_wide_row,                  \
         .join_wide_each = join_wide_each_row, .narrow = BENDS(narrow), .wide = BENDS(wide),        \
         .rules = RULES, .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows, \
-        .rank = rank_row, .digest = digest_row, .spin = spin_row, .emit = emit_row,                \
-        .keep = keep_row, .keep16 = keep16_row, .deltas = deltas_row, .turn = turn_row,            \
-        .stretch = stretch_row, .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,      \
-        .octahedral = octahedral_row, .smoother = DX_SMOOTHER,                                     \
+        .rank = rank_row, .digest = digest_rows, .digest_words = digest_words_rows,                \
+        .spin = spin_row, .emit = emit_row, .keep = keep_row, .keep16 = keep16_row,                \
+        .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row, .unit = unit_row,          \
+        .cap = cap_row, .add_cells = add_cells_row, .octahedral = octahedral_row,                  \
+        .smoother = DX_SMOOTHER,                                                                   \
     }
