@@ -43,6 +43,8 @@ static void point_at_ranges(struct dx_area *a, const struct dx_plane *plane,
         if (!together)
             dx_runs_gather(a->copy16[p], row, sizeof(*row), runs, DX_AREA);
         a->range16[p] = together ? row + a->col0 : a->copy16[p];
+        for (uint32_t q = 0; together && q < DX_AREA; q += 32) /* rows are far from each other */
+            __builtin_prefetch(a->range16[p] + q);
     }
 }
 

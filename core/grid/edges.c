@@ -6,23 +6,24 @@
 
 #include <string.h>
 
-/* Noise terms of the row of a cell's upper corners and of the one below, by area row & 1. */
+/* Noise terms of the rows of a cell's upper and lower corners, by area row & 3. They are made a row
+ * before they are read: a load across two stores waits until they are done. */
 struct noise {
-    uint16_t row[2][DX_AREA_STRIDE];
+    uint16_t row[4][DX_AREA_STRIDE];
 };
 
 static void fill_noise(struct noise *n, const struct dx_area *a, const struct dx_gates *gates,
                        uint32_t p)
 {
     if (gates->first_order && !gates->wide)
-        gates->rows->noise(n->row[p & 1], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
+        gates->rows->noise(n->row[p & 3], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
 }
 
 static void join_narrow(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
                         const struct dx_gates *gates, uint32_t p)
 {
-    const struct dx_row_pair rows = {a->range16[p], a->range16[p + 1], n->row[p & 1],
-                                     n->row[~p & 1]};
+    const struct dx_row_pair rows = {a->range16[p], a->range16[p + 1], n->row[p & 3],
+                                     n->row[(p + 1) & 3]};
     const uint16_t *each[DX_N_EDGES];
     uint16_t c[DX_N_EDGES];
 
@@ -98,9 +99,10 @@ static void join_first_order(struct dx_area *a, const struct dx_gates *gates,
     struct noise noise = {0};
 
     fill_noise(&noise, a, gates, a->first);
+    fill_noise(&noise, a, gates, a->first + 1);
     for (uint32_t p = a->first; p < a->end; p++) {
-        if (p + 1 < a->end) /* the last row that is read has none below it */
-            fill_noise(&noise, a, gates, p + 1);
+        if (p + 2 < a->end) /* the last row that is read has none below it */
+            fill_noise(&noise, a, gates, p + 2);
         if (a->row0 + p >= 0 && a->row0 + p < g->height)
             join_row(a, &noise, gates, p);
     }

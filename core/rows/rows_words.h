@@ -5,6 +5,8 @@
  */
 #include "core/rows/rows.h"
 
+#include <stddef.h>
+
 /* ---- a row ---------------------------------------------------------------------------------- */
 
 struct pair {
@@ -13,12 +15,12 @@ struct pair {
 
 #define ALWAYS static inline __attribute__((always_inline))
 
-ALWAYS struct pair row_of(const struct dx_row_words *w, uint32_t p)
+ALWAYS struct pair row_of(const struct dx_row_words *w, size_t p)
 {
     return (struct pair){w->low[p + 1], w->high[p + 1]};
 }
 
-ALWAYS void put_row(struct dx_row_words *w, uint32_t p, struct pair x)
+ALWAYS void put_row(struct dx_row_words *w, size_t p, struct pair x)
 {
     w->low[p + 1] = x.low;
     w->high[p + 1] = x.high;
@@ -58,7 +60,7 @@ ALWAYS struct pair from_after(struct pair x)
 /* ---- edges ---------------------------------------------------------------------------------- */
 
 /* The edges of row p both of whose ends are among the dexels. */
-ALWAYS void find_both(struct pair out[DX_ROW_EDGES], const struct dx_row_words *dexels, uint32_t p)
+ALWAYS void find_both(struct pair out[DX_ROW_EDGES], const struct dx_row_words *dexels, size_t p)
 {
     const struct pair here = row_of(dexels, p), below = row_of(dexels, p + 1);
 
@@ -73,7 +75,7 @@ static void join_there_words(struct dx_row_words joined[restrict DX_ROW_EDGES],
                              uint64_t some_failed[restrict DX_WORDS_ROWS],
                              const struct dx_row_words *restrict valid)
 {
-    for (uint32_t p = 0; p < DX_WORDS_ROWS; p++) {
+    for (size_t p = 0; p < DX_WORDS_ROWS; p++) {
         struct pair there[DX_ROW_EDGES], some = {0, 0};
 
         find_both(there, valid, p);
@@ -92,7 +94,7 @@ static void keep_alive_words(struct dx_row_words edge[restrict DX_ROW_EDGES],
                              const struct dx_row_words joined[restrict DX_ROW_EDGES],
                              const struct dx_row_words *restrict alive)
 {
-    for (uint32_t p = 0; p < DX_WORDS_ROWS; p++) {
+    for (size_t p = 0; p < DX_WORDS_ROWS; p++) {
         struct pair there[DX_ROW_EDGES];
 
         find_both(there, alive, p);
@@ -107,7 +109,7 @@ static void attached_words(struct dx_row_words *restrict alive,
                            const struct dx_row_words *restrict valid,
                            const struct dx_row_words joined[restrict DX_ROW_EDGES])
 {
-    for (uint32_t p = 0; p < DX_WORDS_ROWS; p++) {
+    for (size_t p = 0; p < DX_WORDS_ROWS; p++) {
         const struct pair here = row_of(valid, p), h = row_of(&joined[0], p);
         const struct pair v = either(row_of(&joined[1], p - 1), row_of(&joined[1], p));
         const struct pair in_row =
@@ -134,7 +136,7 @@ ALWAYS struct count add_bits(struct count n, struct pair row)
 static void well_joined_words(struct dx_row_words *restrict alive,
                               const struct dx_row_words joined[restrict DX_ROW_EDGES])
 {
-    for (uint32_t p = 0; p < DX_WORDS_ROWS; p++) {
+    for (size_t p = 0; p < DX_WORDS_ROWS; p++) {
         struct count n = {{0, 0}, {0, 0}, {0, 0}};
 
         n = add_bits(n, from_before(row_of(&joined[0], p)));
@@ -160,8 +162,8 @@ ALWAYS uint64_t own(struct pair x, uint32_t margin)
 static void triangles_words(struct dx_row_cells *restrict out,
                             const struct dx_row_words edge[restrict DX_ROW_EDGES], uint32_t margin)
 {
-    for (uint32_t i = 0; i < CELLS; i++) {
-        const uint32_t p = margin + i;
+    for (size_t i = 0; i < CELLS; i++) {
+        const size_t p = margin + i; /* in 32 bits it might begin anew at 0: no vectors */
         const struct pair v = row_of(&edge[1], p);
         const uint64_t ab = own(row_of(&edge[0], p), margin);
         const uint64_t dc = own(row_of(&edge[0], p + 1), margin);
@@ -185,7 +187,7 @@ static void outcomes_words(uint64_t bit[restrict 3][CELLS], const struct dx_row_
                            const uint64_t prefer_bd[restrict CELLS],
                            const uint64_t is_cell[restrict CELLS])
 {
-    for (uint32_t i = 0; i < CELLS; i++) {
+    for (size_t i = 0; i < CELLS; i++) {
         const uint64_t abc = t->abc[i], acd = t->acd[i], abd = t->abd[i], bcd = t->bcd[i];
         const uint64_t more = (abd & bcd & ~(abc & acd)) | ((abd | bcd) & ~(abc | acd));
         const uint64_t on_bd = (more | (t->even[i] & prefer_bd[i])) & is_cell[i];
@@ -203,21 +205,21 @@ static void corners_words(dx_bits used[CELLS + 3], const uint64_t bit[restrict 3
 {
     uint64_t low[CELLS + 3] = {0}, high[CELLS + 3] = {0}; /* of a row of cells' lower corners */
 
-    for (uint32_t i = 0; i < CELLS; i++) {
+    for (size_t i = 0; i < CELLS; i++) {
         const uint64_t x = bit[0][i], y = bit[1][i], z = bit[2][i], some = x | y | z;
         const uint64_t c = some & ~(z & ~x & ~y), d = some & ~(x & ~y & ~z);
 
         low[i + 2] = d << 1 | c << 2;
         high[i + 2] = d >> 63 | c >> 62;
     }
-    for (uint32_t i = 0; i < CELLS; i++) {
+    for (size_t i = 0; i < CELLS; i++) {
         const uint64_t x = bit[0][i], y = bit[1][i], z = bit[2][i], some = x | y | z;
         const uint64_t a = some & ~(x & z), b = some & ~(y & ~x & ~z);
 
         low[i + 1] |= a << 1 | b << 2;
         high[i + 1] |= a >> 63 | b >> 62;
     }
-    for (uint32_t i = 0; i < CELLS + 3; i++)
+    for (size_t i = 0; i < CELLS + 3; i++)
         used[i] = low[i] | (dx_bits)high[i] << 64;
 }
 
