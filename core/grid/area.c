@@ -55,13 +55,11 @@ static void find_valid(struct dx_area *a, const struct dx_gates *gates)
                             ~dx_bits_below(DX_MARGIN - gates->margin);
     const struct dx_rows *rows = gates->rows;
 
-    for (uint32_t p = 0; p < DX_WORDS_ROWS; p++) {
-        dx_bits valid = 0;
-
-        if (p >= a->first && p < a->end)
-            valid = a->wide ? rows->valid_wide(a->range[p]) : rows->valid(a->range16[p]);
-        dx_words_put(&a->valid, p, valid & columns);
-    }
+    memset(&a->valid, 0, sizeof(a->valid));
+    if (!a->wide)
+        rows->valid_rows(&a->valid, a->range16, (struct dx_row_run){a->first, a->end}, columns);
+    for (uint32_t p = a->first; a->wide && p < a->end; p++)
+        dx_words_put(&a->valid, p, rows->valid_wide(a->range[p]) & columns);
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,

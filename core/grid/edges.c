@@ -6,35 +6,23 @@
 
 #include <string.h>
 
-/* Noise terms of the rows of a cell's upper and lower corners, by area row & 3. They are made a row
- * before they are read: a load across two stores waits until they are done. */
-struct noise {
-    uint16_t row[4][DX_AREA_STRIDE];
-};
-
-static void fill_noise(struct noise *n, const struct dx_area *a, const struct dx_gates *gates,
-                       uint32_t p)
+static void join_narrow(struct dx_area *a, const struct dx_gates *gates, struct dx_row_run run)
 {
-    if (gates->first_order && !gates->wide)
-        gates->rows->noise(n->row[p & 3], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
-}
+    const uint16_t *each[DX_AREA][DX_N_EDGES];
+    uint16_t c[DX_AREA][DX_N_EDGES];
+    const struct dx_row_first_order rows = {.run = run,
+                                            .range = a->range16,
+                                            .t0 = (uint16_t)gates->t0,
+                                            .n2 = (uint16_t)gates->n2,
+                                            .c = c,
+                                            .each = gates->per_dexel ? each : NULL};
 
-static void join_narrow(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
-                        const struct dx_gates *gates, uint32_t p)
-{
-    const struct dx_row_pair rows = {a->range16[p], a->range16[p + 1], n->row[p & 3],
-                                     n->row[(p + 1) & 3]};
-    const uint16_t *each[DX_N_EDGES];
-    uint16_t c[DX_N_EDGES];
-
-    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-        each[e] = a->c16[e][p];
-        c[e] = gates->per_dexel ? 0 : (uint16_t)gates->c[e][dx_area_row(a, p)];
-    }
-    if (gates->per_dexel)
-        gates->rows->join_each(joined, &rows, each);
-    else
-        gates->rows->join(joined, &rows, c);
+    for (uint32_t p = run.first; p < run.end; p++)
+        for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+            each[p][e] = a->c16[e][p];
+            c[p][e] = gates->per_dexel ? 0 : (uint16_t)gates->c[e][dx_area_row(a, p)];
+        }
+    gates->rows->join(a->joined, &rows);
 }
 
 /* Where the loop is not sure of a pair that is there: the integers. */
@@ -54,8 +42,7 @@ static dx_bits settle_wide(const struct dx_area *a, dx_bits unsure, const struct
     return joined;
 }
 
-static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
-                      const struct dx_gates *gates, uint32_t p)
+static void join_wide_row(struct dx_area *a, const struct dx_gates *gates, uint32_t p)
 {
     const dx_bits here = dx_words_at(&a->valid, p), below = dx_words_at(&a->valid, p + 1);
     const struct dx_row_wide_pair rows = {a->range[p], a->range[p + 1], gates->t0,
@@ -75,37 +62,23 @@ static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
     else
         gates->rows->join_wide(row, &rows, c);
     for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
-        joined[e] = row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p);
+        dx_words_put(&a->joined[e], p,
+                     row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p));
 }
 
-/* What the first order says of a row of edges, by their kinds: bit q is that of cell (p, q). Where
- * an end is missing, it may say either. */
-static void join_row(struct dx_area *a, const struct noise *n, const struct dx_gates *gates,
-                     uint32_t p)
-{
-    dx_bits joined[DX_N_EDGES];
-
-    if (gates->wide)
-        join_wide(joined, a, gates, p);
-    else
-        join_narrow(joined, a, n, gates, p);
-    for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
-        dx_words_put(&a->joined[e], p, joined[e]);
-}
-
+/* What the first order says of the edges of the rows that are in the grid, by their kinds: bit q is
+ * that of cell (p, q). Where an end is missing, it may say either. */
 static void join_first_order(struct dx_area *a, const struct dx_gates *gates,
                              const struct dx_geometry *g)
 {
-    struct noise noise = {0};
+    struct dx_row_run run = {a->first, a->end};
 
-    fill_noise(&noise, a, gates, a->first);
-    fill_noise(&noise, a, gates, a->first + 1);
-    for (uint32_t p = a->first; p < a->end; p++) {
-        if (p + 2 < a->end) /* the last row that is read has none below it */
-            fill_noise(&noise, a, gates, p + 2);
-        if (a->row0 + p >= 0 && a->row0 + p < g->height)
-            join_row(a, &noise, gates, p);
-    }
+    run.first = a->row0 + run.first < 0 ? (uint32_t)-a->row0 : run.first;
+    run.end = a->row0 + run.end > g->height ? (uint32_t)(g->height - a->row0) : run.end;
+    if (!gates->wide)
+        join_narrow(a, gates, run);
+    for (uint32_t p = run.first; gates->wide && p < run.end; p++)
+        join_wide_row(a, gates, p);
 }
 
 static void rescue_row(struct dx_area *a, const struct dx_row_words failed[DX_N_EDGES],

@@ -33,10 +33,19 @@ enum dx_simd {
 
 #define DX_ROW_EDGES 4 /* of a cell: H from a to b, V from a to d, AC, BD; in this order */
 
-/* 16-bit ranges of the upper and the lower corners of a row of cells, with the noise terms of their
- * gates. */
-struct dx_row_pair {
-    const uint16_t *top, *bottom, *noise_top, *noise_bottom;
+/* Rows `first` to `end` of a neighbourhood. */
+struct dx_row_run {
+    uint32_t first, end;
+};
+
+/* What the first-order rule looks at in rows of 16-bit ranges. The noise term of the gates is t0 +
+ * ((r r >> 16) n2 >> 16), and fits 16 bits. */
+struct dx_row_first_order {
+    struct dx_row_run run;
+    const uint16_t *const *range; /* by rows; and of one below the last */
+    uint16_t t0, n2;
+    const uint16_t (*c)[DX_ROW_EDGES];     /* by rows, or */
+    const uint16_t *(*each)[DX_ROW_EDGES]; /* by rows and edges, if not NULL */
 };
 
 /* 32-bit ranges of such rows, and the gate's terms (gates.h). */
@@ -171,19 +180,16 @@ struct dx_rows {
 
     /* ---- rules ---- */
 
-    /* Which ranges are not 0. */
+    /* Which ranges are not 0; the same of rows `first` to `end` of a neighbourhood, as far as they
+     * are among the columns. */
     dx_bits (*valid)(const uint16_t *range);
+    void (*valid_rows)(struct dx_row_words *valid, const uint16_t *const *range,
+                       struct dx_row_run run, dx_bits columns);
     dx_bits (*valid_wide)(const uint32_t *range);
 
-    /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
-    void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
-
-    /* The edges that the first-order rule joins, by one constant of each kind or by one for each
-     * edge. Where one of the two ends is missing, it may say either. */
-    void (*join)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
-                 const uint16_t c[DX_ROW_EDGES]);
-    void (*join_each)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
-                      const uint16_t *const c[DX_ROW_EDGES]);
+    /* The edges that the first-order rule joins, by one constant of each kind and row or by one for
+     * each edge. Where one of the two ends is missing, it may say either. */
+    void (*join)(struct dx_row_words joined[DX_ROW_EDGES], const struct dx_row_first_order *rows);
 
     /* The same of 32-bit ranges. */
     void (*join_wide)(struct dx_row_joined out[DX_ROW_EDGES], const struct dx_row_wide_pair *rows,
