@@ -35,6 +35,10 @@ static void widen_attrs(uint16_t *restrict to, const uint8_t *from, uint32_t n)
         to[j] = from[j];
 }
 
+/* Rows of a block come one after the other: what one writes too much the next one mends, and behind
+ * the last one is room. */
+#define WHOLE ((DX_BLOCK + 7) / 8 * 8)
+
 static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
                           const struct dx_runs *runs)
 {
@@ -42,6 +46,11 @@ static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
 
     if (p->range_bytes == 4) {
         dx_runs_gather(to, (const uint32_t *)p->range + row, 4, runs, DX_BLOCK);
+        return;
+    }
+    if (runs->n == 1 && runs->n_columns == DX_BLOCK &&
+        row + runs->run->col + WHOLE <= dx_plane_n_dexels(p)) {
+        widen_ranges(to, narrow + runs->run->col, WHOLE);
         return;
     }
     if (runs->n_columns < DX_BLOCK)

@@ -30,19 +30,20 @@ static inline void mix(uint64_t lane[restrict DX_ROWS_LANES],
     }
 }
 
+/* Rows take turns among four sums: one alone would wait for the product of the row before. */
 static void digest_rows(uint64_t lane[DX_ROWS_LANES], const uint16_t *const *range,
                         const dx_bits *used, uint32_t n_rows)
 {
-    uint64_t sum[DX_ROWS_LANES], word[DX_ROWS_LANES] = {0};
+    uint64_t sum[4][DX_ROWS_LANES] = {{0}}, word[DX_ROWS_LANES] = {0};
     uint16_t kept[DX_ROWS_N];
 
-    memcpy(sum, lane, sizeof(sum));
     for (uint32_t i = 0; i < n_rows; i++) {
         keep_used16(kept, range[i], used[i]);
         memcpy(word, kept, sizeof(kept));
-        mix(sum, word);
+        mix(sum[i & 3], word);
     }
-    memcpy(lane, sum, sizeof(sum));
+    for (uint32_t k = 0; k < 4; k++)
+        mix(lane, sum[k]);
 }
 
 static void digest_words_rows(uint64_t lane[DX_ROWS_LANES], const uint64_t (*word)[DX_ROWS_LANES],
