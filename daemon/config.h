@@ -122,8 +122,9 @@ void dx_config_note_inherited(struct dx_config *config, const char *path);
 
 /* The configuration in force, as YAML that reads back as the same. */
 void dx_config_print(FILE *out, const struct dx_config *config);
-/* The same, with a comment behind each value that says where it is from. */
-void dx_config_print_origins(FILE *out, const struct dx_config *config);
+/* The same, with a comment behind each value that says where it is from. The log level may have
+ * been set to another one since. */
+void dx_config_print_in_force(FILE *out, const struct dx_config *config, int log_level);
 
 /* A configuration of this stream alone, as it lies in a recording: without its `record` and `wait`.
  * *text is the caller's to free. -ENOMEM. */

@@ -75,6 +75,8 @@ void dx_config_origin_print(FILE *out, const struct dx_config_origins *o, uint32
         fputs("the recording", out);
     } else if (from == DX_CONFIG_FROM_OPTION) {
         fputs("the command line", out);
+    } else if (from == DX_CONFIG_FROM_REQUEST) {
+        fputs("set while the service runs", out);
     } else if (from == DX_CONFIG_FROM_MANAGER) {
         fputs("not in use: the service manager's socket is", out);
     } else if (from & DX_CONFIG_NEXT_START) {

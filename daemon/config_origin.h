@@ -11,6 +11,7 @@
 #define DX_CONFIG_FROM_RECORDING UINT32_MAX       /* as the recording was meshed */
 #define DX_CONFIG_FROM_OPTION    (UINT32_MAX - 1) /* the command line */
 #define DX_CONFIG_FROM_MANAGER   (UINT32_MAX - 2) /* a socket that was inherited */
+#define DX_CONFIG_FROM_REQUEST   (UINT32_MAX - 3) /* set while the service runs */
 /* With a line (0: the default): the value is from the start; that line counts from the next on. */
 #define DX_CONFIG_NEXT_START 0x40000000u
 

@@ -69,9 +69,17 @@ void dx_config_print(FILE *out, const struct dx_config *config)
     print(out, config, NULL);
 }
 
-void dx_config_print_origins(FILE *out, const struct dx_config *config)
+void dx_config_print_in_force(FILE *out, const struct dx_config *config, int log_level)
 {
-    print(out, config, config->origins);
+    uint32_t *from = dx_config_origin(config->origins, 0, dx_config_key_find("log_level"));
+    uint32_t from_config = *from;
+    struct dx_config now = *config;
+
+    if (log_level != config->log_level)
+        *from = DX_CONFIG_FROM_REQUEST;
+    now.log_level = log_level;
+    print(out, &now, now.origins);
+    *from = from_config;
 }
 
 /* What is printed is the stream's own text: an attachment tells how to decode, not how to record.

@@ -80,7 +80,7 @@ static char *config_text(void *service)
 
     if (!out)
         return NULL;
-    dx_config_print_origins(out, s->config);
+    dx_config_print_in_force(out, s->config, dx_log_level());
     if (fclose(out) == 0)
         return text;
     free(text);

@@ -83,17 +83,37 @@ void dx_subscriber_free(struct dx_subscriber *s)
     free(s);
 }
 
-/* ERROR, and the end: what the socket does not take at once is not waited for. */
+/* `more`: the turn ended before what is owed did. The outbox may be empty then (a piece of GEOMETRY
+ * went whole), and without EPOLLOUT nothing would wake the loop for the next one. */
+static void watch(struct dx_subscriber *s, bool more)
+{
+    uint32_t events = dx_outbox_is_empty(&s->out) && !more ? EPOLLIN : EPOLLIN | EPOLLOUT;
+
+    if (events == s->io_events)
+        return;
+    s->io_events = events;
+    sd_event_source_set_io_events(s->io, events);
+}
+
+/* ERROR, and the end: what the socket does not take at once is waited for where it may linger. */
 static void say_error(struct dx_subscriber *s)
 {
     struct dx_msg_error m = {.code = s->doomed};
-    struct dx_writer w = dx_outbox_begin(&s->out);
+    struct dx_writer w;
 
+    if (s->said_error) { /* and it has gone */
+        disconnect(s);
+        return;
+    }
+    w = dx_outbox_begin(&s->out);
     memcpy(m.text, s->doom, sizeof(m.text));
     dx_msg_error_put(&w, &m);
     dx_outbox_end(&s->out, &w, DX_MSG_ERROR, DX_WIRE_NO_STREAM, 0, 0);
-    dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
-    disconnect(s);
+    s->said_error = true;
+    s->progress_ns = dx_clock_ns();
+    if (dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s) < 0 || !s->lingers ||
+        dx_outbox_is_empty(&s->out))
+        disconnect(s);
 }
 
 void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const char *text,
@@ -112,10 +132,13 @@ void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const 
         dx_sender_fill(s, dx_clock_ns());
     if (!dx_outbox_is_empty(&s->out) && s->fd >= 0)
         dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
+    s->lingers = linger;
     if (dx_outbox_is_empty(&s->out))
         say_error(s);
     else if (!linger)
         disconnect(s);
+    if (s->phase == DX_SUBSCRIBER_CLOSING)
+        watch(s, false);
 }
 
 static void gone(struct dx_subscriber *s, const char *why)
@@ -126,18 +149,6 @@ static void gone(struct dx_subscriber *s, const char *why)
 
 /* ---- writing
  * ------------------------------------------------------------------------------------- */
-
-/* `more`: the turn ended before what is owed did. The outbox may be empty then (a piece of GEOMETRY
- * went whole), and without EPOLLOUT nothing would wake the loop for the next one. */
-static void watch(struct dx_subscriber *s, bool more)
-{
-    uint32_t events = dx_outbox_is_empty(&s->out) && !more ? EPOLLIN : EPOLLIN | EPOLLOUT;
-
-    if (events == s->io_events)
-        return;
-    s->io_events = events;
-    sd_event_source_set_io_events(s->io, events);
-}
 
 void dx_subscriber_pump(struct dx_subscriber *s)
 {

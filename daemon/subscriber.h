@@ -66,6 +66,7 @@ struct dx_subscriber {
     uint64_t progress_ns; /* last byte, or when it began to owe */
     uint32_t n_revoked_in_row;
 
+    bool lingers, said_error; /* while it closes */
     uint16_t doomed; /* enum dx_wire_error: to be closed when nobody walks a list it is in */
     char doom[DX_WIRE_TEXT];
 
@@ -87,7 +88,7 @@ int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int 
 void dx_subscriber_free(struct dx_subscriber *s);
 
 /* Says why in an ERROR (if it fits) and in the log, and closes. `linger`: first finishes a message
- * that is half written. */
+ * that is half written, and waits for the ERROR to go, as long as something moves. */
 void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const char *text,
                         bool linger);
 

@@ -7,6 +7,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <syslog.h>
 
 #include "daemon/config_table.h"
 
@@ -26,6 +27,16 @@ static void parse(struct dx_config *c, const char *file, const char *bytes)
 
     if (dx_config_parse(c, file, bytes, strlen(bytes), &err) < 0)
         fail_msg("%s", err.text);
+}
+
+static void print_in_force(FILE *out, const struct dx_config *c)
+{
+    dx_config_print_in_force(out, c, c->log_level);
+}
+
+static void print_quiet(FILE *out, const struct dx_config *c)
+{
+    dx_config_print_in_force(out, c, LOG_ERR);
 }
 
 static char *print(const struct dx_config *c, void (*how)(FILE *, const struct dx_config *))
@@ -53,7 +64,7 @@ static void test_lines(void **state)
 
     (void)state;
     parse(&c, "t\n.yaml", text);
-    origins = print(&c, dx_config_print_origins);
+    origins = print(&c, print_in_force);
     assert_has(origins, "socket: \"/tmp/a\"  # t?.yaml:1\n");
     assert_has(origins, "threads: 0  # default\n");
     assert_has(origins, "  - name: \"hall\"  # t?.yaml:3\n");
@@ -66,6 +77,12 @@ static void test_lines(void **state)
     plain = print(&c, dx_config_print);
     read_back = print(&again, dx_config_print);
     assert_string_equal(plain, read_back);
+    free(origins);
+    origins = print(&c, print_quiet);
+    assert_has(origins, "log_level: error  # set while the service runs\n");
+    free(origins);
+    origins = print(&c, print_in_force);
+    assert_has(origins, "log_level: info  # default\n");
     free(origins);
     free(plain);
     free(read_back);
@@ -83,7 +100,7 @@ static void test_replay(void **state)
 
     (void)state;
     assert_int_equal(dx_config_for_replay(&c, &replay, &err), 0);
-    origins = print(&c, dx_config_print_origins);
+    origins = print(&c, print_in_force);
     assert_has(origins, "control_socket: \"/tmp/a.control\"  # the command line\n");
     assert_has(origins, "max_clients: 256  # default\n");
     assert_has(origins, "      rate: max  # the command line\n");
@@ -183,7 +200,7 @@ static void test_keep_fixed(void **state)
     assert_string_equal(socket, "/tmp/a");
     assert_int_equal(next.threads, 2);
     assert_int_equal(next.max_clients, 3);
-    origins = print(&next, dx_config_print_origins);
+    origins = print(&next, print_in_force);
     assert_has(origins, "socket: \"/tmp/a\"  # as at the start; from the next on: t.yaml:2\n");
     assert_has(origins, "threads: 2  # as at the start; from the next on: default\n");
     assert_has(origins, "max_clients: 3  # t.yaml:1\n");
