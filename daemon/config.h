@@ -56,11 +56,13 @@ struct dx_config_origins;
 struct dx_config {
     char *socket;
     char *control_socket;
-    uint32_t threads; /* of the pool; 0: one per processor */
-    uint32_t max_clients;
-    int log_level;      /* syslog(3) priority */
-    char *metrics_file; /* "": none */
-    uint32_t metrics_s; /* it is written so often */
+    uint32_t threads;                          /* of the pool; 0: one per processor */
+    uint32_t max_clients, max_clients_per_uid; /* of a user; 0: no bound of its own */
+    uint32_t client_memory_mib;
+    uint32_t max_requests; /* a second */
+    int log_level;         /* syslog(3) priority */
+    char *metrics_file;    /* "": none */
+    uint32_t metrics_s;    /* it is written so often */
     uint32_t n_streams;
     struct dx_stream_config *streams;
     struct dx_config_origins *origins; /* where each value is from */

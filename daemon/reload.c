@@ -195,6 +195,7 @@ static void swap(struct dx_reload *r, struct dx_reload_change *c)
 static void apply_config(struct dx_reload *r)
 {
     struct dx_config *now = r->o.config;
+    struct dx_server_limits limits;
     bool level_changed = r->plan.next.log_level != now->log_level;
 
     r->report.n_fixed = dx_config_keep_fixed(&r->plan.next, now, r->report.fixed);
@@ -203,7 +204,8 @@ static void apply_config(struct dx_reload *r)
     r->plan.next = (struct dx_config){0};
     if (level_changed)
         dx_log_set_level(now->log_level);
-    dx_server_set_max_clients(r->o.server, now->max_clients);
+    limits = dx_service_limits(now);
+    dx_server_set_limits(r->o.server, &limits);
 }
 
 static void on_planned(void *reload)

@@ -19,10 +19,18 @@ struct dx_server_stream;
 struct dx_stream_reader;
 struct sd_event;
 
+/* Of what clients may take; 0: the default. */
+struct dx_server_limits {
+    uint32_t max_clients;         /* 256 */
+    uint32_t max_clients_per_uid; /* as many as max_clients */
+    uint64_t client_memory;       /* bytes that subscribers hold, in all; 256 MiB */
+    uint32_t max_requests;        /* a second, on the control socket; 100 */
+};
+
 struct dx_server_options {
     const char *mesh_path; /* sockets to make; NULL: none. Inherited ones (sd_listen_fds, named */
     const char *control_path; /* "mesh" and "control") take their place */
-    uint32_t max_clients;     /* 0: 256 */
+    struct dx_server_limits limits;
     uint64_t hello_ns;        /* to say HELLO and SUBSCRIBE; 0: 5 s */
     uint64_t stall_ns;        /* without a byte of progress while data is owed; 0: 10 s */
     const char *metrics_file; /* metrics_file.h; NULL or "": none */
@@ -86,7 +94,8 @@ struct dx_server_stream *dx_server_put_stream(struct dx_server *s, struct dx_ser
 struct dx_server_stream *dx_server_take_stream(struct dx_server *s, const char *name,
                                                const char *reason);
 
-void dx_server_set_max_clients(struct dx_server *s, uint32_t n); /* for those who come */
+/* For those who come; who is there stays. */
+void dx_server_set_limits(struct dx_server *s, const struct dx_server_limits *limits);
 
 struct sd_event *dx_server_event(struct dx_server *s);
 

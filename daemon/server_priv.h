@@ -67,6 +67,7 @@ struct dx_server {
     uint32_t next_number; /* of a stream: none is used again, or a client could mix two up */
     struct dx_subscriber *subscribers;
     uint32_t n_clients;
+    uint64_t held_len; /* bytes that subscribers hold: limits.h */
     uint64_t n_connections;
 };
 

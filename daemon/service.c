@@ -102,7 +102,7 @@ static int open_server(struct service *s, struct dx_config *config, struct dx_er
 {
     struct dx_server_options options = {.mesh_path = config->socket,
                                         .control_path = config->control_socket,
-                                        .max_clients = config->max_clients,
+                                        .limits = dx_service_limits(config),
                                         .metrics_file = config->metrics_file,
                                         .metrics_s = config->metrics_s,
                                         .signals = true,

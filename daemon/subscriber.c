@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "daemon/clock.h"
+#include "daemon/limits.h"
 
 #define TURN_BUDGET (256u << 10) /* bytes to one subscriber before the others have their turn */
 #define NS_PER_MS   1000000u
@@ -22,10 +23,10 @@ struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s)
                                  .client_uid = s->cred.uid};
 }
 
-int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd)
+int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd,
+                      const struct ucred *who)
 {
     struct dx_subscriber *s = calloc(1, sizeof(*s));
-    socklen_t len = sizeof(s->cred);
     int r;
 
     if (!s) {
@@ -36,8 +37,7 @@ int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int 
     s->fd = fd;
     s->number = ++server->n_connections;
     s->hello_due_ns = dx_clock_ns() + server->options.hello_ns;
-    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &s->cred, &len) < 0)
-        s->cred = (struct ucred){0, (uid_t)-1, (gid_t)-1};
+    s->cred = *who;
     s->io_events = EPOLLIN;
     r = sd_event_add_io(server->event, &s->io, fd, EPOLLIN, on_io, s);
     if (r < 0) {
@@ -78,6 +78,7 @@ void dx_subscriber_free(struct dx_subscriber *s)
         return;
     if (s->phase != DX_SUBSCRIBER_CLOSED)
         disconnect(s);
+    dx_limits_let_go(s);
     free(s->out.own);
     free(s);
 }
@@ -339,9 +340,14 @@ void dx_subscriber_is_behind(struct dx_subscriber *s)
 static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
 {
     const unsigned form = form_asked(s, st);
+    char why[DX_WIRE_TEXT];
 
     if (form == DX_N_FORMS)
         return;
+    if (!dx_limits_take(s, DX_OUTBOX_OWN + dx_view_len(st->loop), why)) {
+        refuse(s, DX_WIRE_E_LIMIT, why);
+        return;
+    }
     if (join(s, st, form) < 0) {
         refuse(s, DX_WIRE_E_LIMIT, "no memory for another subscriber");
         return;

@@ -62,6 +62,7 @@ struct dx_subscriber {
     uint32_t credit;   /* NEXTs without their batch */
     uint64_t batch_ns; /* when the last batch was started */
     struct dx_outbox out;
+    size_t held_len;      /* limits.h */
     uint64_t progress_ns; /* last byte, or when it began to owe */
     uint32_t n_revoked_in_row;
 
@@ -81,7 +82,8 @@ void dx_subscriber_is_behind(struct dx_subscriber *s);
 struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s);
 
 /* Takes the descriptor, also when it fails. Errors: -ENOMEM, -errno. */
-int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd);
+int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd,
+                      const struct ucred *who);
 void dx_subscriber_free(struct dx_subscriber *s);
 
 /* Says why in an ERROR (if it fits) and in the log, and closes. `linger`: first finishes a message

@@ -56,6 +56,12 @@ static void test_scalars(void **state)
          "t.yaml:1:10: threads: found a list, expected a whole number from 0 to 256"},
         {"threads: {a: 1}",
          "t.yaml:1:10: threads: found a map, expected a whole number from 0 to 256"},
+        {"max_clients_per_uid: 4097", "t.yaml:1:22: max_clients_per_uid: found '4097', expected a "
+                                      "whole number from 0 to 4096"},
+        {"client_memory_mib: 0",
+         "t.yaml:1:20: client_memory_mib: found '0', expected a whole number from 1 to 65536"},
+        {"max_requests: often",
+         "t.yaml:1:15: max_requests: found 'often', expected a whole number from 1 to 100000"},
         {"max_clients: 0",
          "t.yaml:1:14: max_clients: found '0', expected a whole number from 1 to 4096"},
         {"log_level: loud",

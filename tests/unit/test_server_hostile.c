@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "core/base/rng.h"
+#include "daemon/outbox.h"
 
 #define MS 1000000u
 
@@ -237,22 +238,45 @@ static void test_a_thousand_connects(void **state)
     fixture_stop(fx);
 }
 
-static void test_limit(void **state)
+/* Refuses one more than the limits allow, when it connects or when it subscribes, in these words;
+ * whoever is there notices nothing, and one who goes makes room. */
+static void expect_limit(const struct dx_server_limits *limits, bool at_once, const char *text)
 {
-    struct fixture *fx = fixture_start(&(struct fixture_options){.server = {.max_clients = 2}});
+    struct fixture *fx = fixture_start(&(struct fixture_options){.server = {.limits = *limits}});
     struct client *a = client_start(fx, NULL), *b = client_start(fx, NULL), *c;
 
-    (void)state;
     client_until_frame(a, 3);
     client_until_frame(b, 3);
-    c = client_connect(fx);
-    client_expect_error(c, DX_WIRE_E_LIMIT);
+    c = at_once ? client_connect(fx) : client_start(fx, NULL);
+    client_until_closed(c);
+    assert_int_equal(c->error.code, DX_WIRE_E_LIMIT);
+    assert_string_equal(c->error.text, text);
+    client_close(c);
     fixture_frames(fx, 4);
     client_until_frame(a, 4);
     client_until_frame(b, 4);
-    client_close(a);
+    client_send(a, DX_MSG_NEXT, NULL, 0); /* ends it, and says when it has */
+    client_expect_error(a, DX_WIRE_E_PROTOCOL);
+    c = client_start(fx, NULL);
+    client_until_frame(c, 4);
+    client_close(c);
     client_close(b);
     fixture_stop(fx);
+}
+
+static void test_limit(void **state)
+{
+    char text[100];
+
+    (void)state;
+    expect_limit(&(struct dx_server_limits){.max_clients = 2}, true,
+                 "too many subscribers: 2 (max_clients)");
+    snprintf(text, sizeof(text), "too many subscribers of user %u: 2 (max_clients_per_uid)",
+             (unsigned)getuid());
+    expect_limit(&(struct dx_server_limits){.max_clients_per_uid = 2}, true, text);
+    /* a subscriber of the fixture's small grid holds little more than its buffer of 256 KiB */
+    expect_limit(&(struct dx_server_limits){.client_memory = 3 * DX_OUTBOX_OWN}, false,
+                 "too much memory for subscribers: 1 MiB (client_memory_mib)");
 }
 
 /* Out of descriptors the server looks away from the socket for a moment; when some are free, it
