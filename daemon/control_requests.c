@@ -10,7 +10,6 @@
 #include "daemon/control_config.h"
 #include "daemon/control_devices.h"
 #include "daemon/control_metrics.h"
-#include "daemon/control_reload.h"
 #include "daemon/control_service.h"
 #include "daemon/control_stream.h"
 #include "daemon/log.h"
