@@ -40,8 +40,7 @@ struct dx_reader_device {
     bool any_block;
     uint64_t health_due_ns;
     uint64_t n_lost_before;  /* the block before this one */
-    bool is_quiet;           /* no block since it was read last */
-    uint64_t n_damaged_then; /* when that began */
+    uint64_t n_damaged_then; /* of this stay, when the last block came */
 
     uint64_t n_blocks;
     uint64_t n_lost, n_damaged; /* of the stays before */
@@ -359,8 +358,8 @@ static int open_device(struct dx_reader_device *d)
 /* Frames of before are not of this stay. */
 static void begin_stay(struct dx_reader_device *d)
 {
-    d->any_block = d->is_quiet = false;
-    d->n_lost_before = 0;
+    d->any_block = false;
+    d->n_lost_before = d->n_damaged_then = 0;
     d->health_due_ns = dx_clock_ns() + HEALTH_NS;
     pthread_mutex_lock(&d->lock);
     d->status.n_opens++;
@@ -386,44 +385,48 @@ static void look(struct dx_reader_device *d)
 /* ---- the turns -------------------------------------------------------------------------------
  */
 
+static uint64_t count_damaged(const struct dx_reader_device *d)
+{
+    struct dx_device_health h = {0};
+
+    d->driver->health(d->device, &h);
+    return h.n_damaged;
+}
+
 static void take_block(struct dx_reader_device *d, struct dx_block *block, uint64_t now)
 {
     block->number = d->n_blocks++;
     block->first = !d->any_block;
     d->any_block = true;
-    d->is_quiet = false;
     if (block->first) { /* now it knows who it is, and how fast */
         ask_health(d);
         know_unit(d);
     }
     dx_life_expect(&d->life, d->driver->silence_ns(d->device));
     dx_reader_rig_stamp(d->rig, d->driver, d->device, &d->n_lost_before, block);
+    d->n_damaged_then = count_damaged(d);
     tell(d, DX_LIFE_BLOCK, now);
 }
 
 /* Why no block comes: nothing does, or nothing that can be used. */
-static void explain_silence(struct dx_reader_device *d, uint64_t now, uint64_t n_damaged)
+static void explain_silence(struct dx_reader_device *d, uint64_t now)
 {
     double silent_s = (double)(now - d->life.heard_ns) * 1e-9;
+    uint64_t n_damaged = count_damaged(d) - d->n_damaged_then;
 
-    if (n_damaged > d->n_damaged_then)
+    if (n_damaged > 0)
         dx_err_set(&d->why, 0, "for %.1f s nothing but damaged data: %llu frames or scans",
-                   silent_s, (unsigned long long)(n_damaged - d->n_damaged_then));
+                   silent_s, (unsigned long long)n_damaged);
     else
         dx_err_set(&d->why, 0, "no data for %.1f s", silent_s);
 }
 
 static void take_silence(struct dx_reader_device *d, uint64_t now)
 {
-    struct dx_device_health h = {0};
     struct dx_life next;
     char held[96];
 
     dx_life_expect(&d->life, d->driver->silence_ns(d->device)); /* it may have told why */
-    d->driver->health(d->device, &h);
-    if (!d->is_quiet)
-        d->n_damaged_then = h.n_damaged;
-    d->is_quiet = true;
     next = d->life;
     if (dx_reader_rig_holds(d->rig, now, held) && d->life.state == DX_LIFE_STALLED)
         return; /* it is not to be opened anew for that */
@@ -431,7 +434,7 @@ static void take_silence(struct dx_reader_device *d, uint64_t now)
     if (next.state != d->life.state && *held)
         dx_err_set(&d->why, 0, "%s", held);
     else if (next.state != d->life.state)
-        explain_silence(d, now, h.n_damaged);
+        explain_silence(d, now);
     tell(d, DX_LIFE_QUIET, now);
 }
 

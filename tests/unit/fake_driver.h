@@ -35,9 +35,8 @@
 struct fake_world {
     _Atomic bool present;
     _Atomic bool silent;
-    _Atomic bool distant; /* it is not reached */
-    _Atomic bool spoils;  /* silent: what comes is damaged */
-    _Atomic uint64_t n_damaged;
+    _Atomic bool distant;               /* it is not reached */
+    _Atomic bool spoils;                /* silent: what comes is damaged */
     _Atomic int open_error, read_error; /* negative: that */
     _Atomic uint32_t variant;           /* of the geometry */
     _Atomic unsigned serial;
@@ -49,7 +48,7 @@ static struct fake_world fake;
 
 struct dx_device {
     int fd;
-    uint64_t n_blocks;
+    uint64_t n_blocks, n_damaged;
     uint8_t bytes[FAKE_BLOCK_LEN];
 
     /* the decoder's */
@@ -128,7 +127,7 @@ static int fake_read(struct dx_device *dev, struct dx_block *block, struct dx_er
     if (fake.read_error)
         return dx_err_set(err, fake.read_error, "fake: %s", strerror(-fake.read_error));
     if (fake.silent) {
-        fake.n_damaged += fake.spoils;
+        dev->n_damaged += fake.spoils;
         return DX_DRIVER_E_AGAIN;
     }
     dx_put_u32(dev->bytes, fake.variant);
@@ -217,7 +216,7 @@ static void fake_health(const struct dx_device *dev, struct dx_device_health *ou
     snprintf(out->serial, sizeof(out->serial), "F%u", fake.serial);
     snprintf(out->place, sizeof(out->place), "nowhere");
     out->n_lost = dev->n_blocks ? 3 : 0;
-    out->n_damaged = fake.n_damaged;
+    out->n_damaged = dev->n_damaged;
 }
 
 static void fake_describe(struct dx_device *dev, char *text, size_t len)
