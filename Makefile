@@ -20,12 +20,14 @@ includedir ?= $(prefix)/include
 datarootdir ?= $(prefix)/share
 mandir ?= $(datarootdir)/man
 docdir ?= $(datarootdir)/doc/dexeld
+sharedir ?= $(datarootdir)/dexeld
 sysconfdir ?= $(prefix)/etc
 udevrulesdir ?= $(prefix)/lib/udev/rules.d
 unitdir ?= $(prefix)/lib/systemd/system
 sysusersdir ?= $(prefix)/lib/sysusers.d
 tmpfilesdir ?= $(prefix)/lib/tmpfiles.d
 metainfodir ?= $(datarootdir)/metainfo
+completionsdir ?= $(datarootdir)/bash-completion/completions
 # Where Debian's python3 looks: /usr/lib/python3, but below any other prefix a folder of its own version.
 pythondir ?= $(prefix)/lib/python3$(if $(filter-out /usr,$(prefix)),$(shell \
   python3 -c 'import sys; print(".%d" % sys.version_info[1])' 2>/dev/null))/dist-packages
@@ -82,7 +84,7 @@ all: $(PROGRAMS) $(B)/lib/libdexel.so $(B)/lib/libdexel.a $(B)/libdexel.pc
 help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
 	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
-	@echo 'make hil         the drivers on a real kernel, in a guest with simulated devices (docs/hil.md)'
+	@echo 'make hil         the drivers on a real kernel, packages and units under systemd, in guests (docs/hil.md)'
 	@echo 'make check-long  the long tests as well: large grids, sanitizers, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
@@ -163,6 +165,7 @@ $(B)/tests/test_usb_port: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_usb_port: TEST_LIBS = $(UMOCKDEV_LIBS)
 $(B)/tests/test_hokuyo_usb: $(call obj,tests/unit/mock_usb.c)
 $(B)/tests/test_hokuyo_usb: TEST_LIBS = $(UMOCKDEV_LIBS)
+$(B)/tests/test_hokuyo_usb: override LDFLAGS += -Wl,--wrap=poll,--wrap=clock_gettime
 # Tests with devices of umockdev. Its library of wrappers comes first, so that no LD_PRELOAD is needed.
 UMOCK := $(addprefix $(B)/tests/,test_udev test_presence test_v4l2 test_v4l2_errors test_gpio_kernel)
 $(UMOCK): override CPPFLAGS += $(shell pkg-config --cflags umockdev-1.0 2>/dev/null)
@@ -171,6 +174,9 @@ $(UMOCK): override LDFLAGS += -Wl,--no-as-needed -l:libumockdev-preload.so.0 $(s
 $(B)/tests/test_v4l2 $(B)/tests/test_v4l2_errors: override LDFLAGS += -Wl,--wrap=poll,--wrap=ioctl,--wrap=open,--wrap=clock_gettime
 $(B)/tests/test_kinect_packets $(B)/tests/test_kinect_depth: $(call obj,tests/hil/kinect_sim.c)
 $(B)/tests/test_kinect_usb: $(call obj,tests/hil/kinect_sim.c tests/unit/fake_libusb.c)
+SCIP_DEVICE := $(call obj,tests/hil/scip_device.c tests/hil/scip_replies.c)
+$(addprefix $(B)/tests/,test_scip_session test_hokuyo test_hokuyo_usb test_stage scip_sim): $(SCIP_DEVICE)
+$(B)/bench/bench_scip $(B)/hil/bin/redir_scip: $(SCIP_DEVICE)
 $(B)/tests/test_kinect_usb: override LDFLAGS += $(COUNT_ALLOC)
 # Waits that run out fast: tests/unit/fast_waits.c
 FAST_WAITS := $(addprefix $(B)/tests/,test_reader_device test_kinect_usb test_hokuyo)
@@ -189,7 +195,7 @@ $(B)/tests/dexeld_faults: $(call obj,daemon/main.c $(FAULT_SRC)) $(LIBS)
 # Simulated devices, usable by hand.
 $(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 
 check: deps
 	@$(MAKE) --no-print-directory all $(UNIT) $(SYSTEM)
@@ -207,16 +213,16 @@ check-long: check
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
 # tests/hil/guest/NAME.c runs inside.
-HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/redir_*.c tests/hil/guest/*.c)))
+HIL_PROGRAMS := $(patsubst %.c,$(B)/hil/bin/%,$(notdir $(wildcard tests/hil/tsc_khz.c tests/hil/redir_*.c tests/hil/guest/*.c)))
 hil: deps
 	+@B=$(B) MAKE='$(MAKE)' sh tests/hil/hil.sh
-hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim
+hil-programs: $(HIL_PROGRAMS) $(B)/tests/scip_sim $(B)/tests/dexeld_faults
 	@:
 $(B)/hil/bin/%: $(B)/obj/tests/hil/guest/%.o $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $< $(LIBS) $(PKG_LIBS)
 $(B)/hil/bin/redir_kinect: $(call obj,tests/hil/kinect_sim.c)
-$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/orders.c) $(LIBS)
+$(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/usb_answers.c tests/hil/orders.c) $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lusbredirparser
 
@@ -292,15 +298,16 @@ format:
 	clang-format -i $$(git ls-files '*.c' '*.h')
 
 # ---- install --------------------------------------------------------------------------------------
+MAN1 := docs/dexel.1 $(wildcard docs/dexel-*.1)
 UNITS := dexeld.service dexeld.socket dexeld-control.socket dexeld-replay@.service
 install: all
 	$(INSTALL) -d $(DESTDIR)$(bindir) $(DESTDIR)$(sbindir) $(DESTDIR)$(libdir)/pkgconfig \
 	  $(DESTDIR)$(includedir) $(DESTDIR)$(mandir)/man1 $(DESTDIR)$(mandir)/man5 \
 	  $(DESTDIR)$(mandir)/man8 $(DESTDIR)$(docdir)/drivers $(DESTDIR)$(docdir)/sensors \
-	  $(DESTDIR)$(docdir)/gallery \
+	  $(DESTDIR)$(docdir)/gallery $(DESTDIR)$(sharedir)/grafana $(DESTDIR)$(sharedir)/prometheus \
 	  $(DESTDIR)$(sysconfdir)/dexeld $(DESTDIR)$(udevrulesdir) $(DESTDIR)$(unitdir) \
 	  $(DESTDIR)$(sysusersdir) $(DESTDIR)$(tmpfilesdir) $(DESTDIR)$(metainfodir) \
-	  $(DESTDIR)$(pythondir)
+	  $(DESTDIR)$(pythondir) $(DESTDIR)$(completionsdir)
 	$(INSTALL) -m 755 $(B)/bin/dexel $(DESTDIR)$(bindir)
 	$(INSTALL) -m 755 $(B)/bin/dexeld $(DESTDIR)$(sbindir)
 	$(INSTALL) -m 644 $(B)/lib/libdexel.a $(DESTDIR)$(libdir)
@@ -310,7 +317,7 @@ install: all
 	$(INSTALL) -m 644 client/dexel.h $(DESTDIR)$(includedir)
 	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
 	$(INSTALL) -m 644 client/python/dexel.py $(DESTDIR)$(pythondir)
-	$(INSTALL) -m 644 docs/dexel.1 $(DESTDIR)$(mandir)/man1
+	$(INSTALL) -m 644 $(MAN1) $(DESTDIR)$(mandir)/man1
 	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
 	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
@@ -318,10 +325,15 @@ install: all
 	$(INSTALL) -m 644 docs/gallery/*.png $(DESTDIR)$(docdir)/gallery
 	$(INSTALL) -m 644 docs/drivers/*.md $(DESTDIR)$(docdir)/drivers
 	$(INSTALL) -m 644 config/sensors/*.yaml $(DESTDIR)$(docdir)/sensors
+	$(INSTALL) -m 644 config/grafana/dexeld.json $(DESTDIR)$(sharedir)/grafana
+	$(INSTALL) -m 644 config/prometheus/dexeld.rules.yml $(DESTDIR)$(sharedir)/prometheus
 	$(INSTALL) -m 644 config/60-dexeld.rules $(DESTDIR)$(udevrulesdir)
 	$(INSTALL) -m 644 config/dexeld.sysusers $(DESTDIR)$(sysusersdir)/dexeld.conf
 	$(INSTALL) -m 644 config/dexeld.tmpfiles $(DESTDIR)$(tmpfilesdir)/dexeld.conf
 	$(INSTALL) -m 644 config/dexeld.metainfo.xml $(DESTDIR)$(metainfodir)
+	for name in dexel dexeld; do \
+	  $(INSTALL) -m 644 config/dexel.bash-completion $(DESTDIR)$(completionsdir)/$$name; \
+	done
 	$(INSTALL) -m 644 systemd/network.conf $(DESTDIR)$(docdir)
 	for unit in $(UNITS); do \
 	  sed -e 's|@sbindir@|$(sbindir)|;s|@sysconfdir@|$(sysconfdir)|' systemd/$$unit \
@@ -334,12 +346,13 @@ uninstall:
 	rm -f $(DESTDIR)$(bindir)/dexel $(DESTDIR)$(sbindir)/dexeld $(DESTDIR)$(libdir)/libdexel.a \
 	  $(DESTDIR)$(libdir)/libdexel.so $(DESTDIR)$(libdir)/$(SONAME) \
 	  $(DESTDIR)$(libdir)/$(SONAME).$(VERSION) $(DESTDIR)$(includedir)/dexel.h \
-	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(DESTDIR)$(mandir)/man1/dexel.1 \
+	  $(DESTDIR)$(libdir)/pkgconfig/libdexel.pc $(addprefix $(DESTDIR)$(mandir)/man1/,$(notdir $(MAN1))) \
 	  $(DESTDIR)$(mandir)/man5/dexeld.yaml.5 $(DESTDIR)$(mandir)/man8/dexeld.8 \
 	  $(DESTDIR)$(udevrulesdir)/60-dexeld.rules $(DESTDIR)$(sysusersdir)/dexeld.conf \
 	  $(DESTDIR)$(tmpfilesdir)/dexeld.conf $(DESTDIR)$(metainfodir)/dexeld.metainfo.xml \
-	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS)) $(DESTDIR)$(pythondir)/dexel.py
-	rm -rf $(DESTDIR)$(docdir)
+	  $(addprefix $(DESTDIR)$(unitdir)/,$(UNITS)) $(DESTDIR)$(pythondir)/dexel.py \
+	  $(addprefix $(DESTDIR)$(completionsdir)/,dexel dexeld)
+	rm -rf $(DESTDIR)$(docdir) $(DESTDIR)$(sharedir)
 
 # Debian packages, in build/deb: of what is committed or staged, so that a build leaves the tree as it is.
 deb: deps

@@ -28,10 +28,10 @@ static int on_welcome(struct dexel *d, const struct message *m)
 
     if (dx_msg_welcome_get(&w, m->body, m->len) < 0)
         return refuse(d, "not a WELCOME of a dexeld");
-    if (w.major != DX_WIRE_MAJOR || w.minor != DX_WIRE_MINOR)
-        return dx_session_fail(d, dx_err_set(&d->err, -EPROTO,
-                                             "%s speaks protocol %u.%u, expected %u.%u", w.server,
-                                             w.major, w.minor, DX_WIRE_MAJOR, DX_WIRE_MINOR));
+    if (w.major != DX_WIRE_MAJOR || dx_wire_minor(w.minor) != w.minor)
+        return dx_session_fail(
+            d, dx_err_set(&d->err, -EPROTO, "%s speaks protocol %u.%u, expected %u.%u or less",
+                          w.server, w.major, w.minor, DX_WIRE_MAJOR, DX_WIRE_MINOR));
     r = dx_connection_set_max_body(&d->connection, w.max_body);
     if (r < 0)
         return dx_session_fail(d, dx_err_set(&d->err, r, "a buffer of %u bytes", w.max_body));

@@ -1,19 +1,11 @@
-/* The daemon's clock: CLOCK_MONOTONIC in nanoseconds. Any thread. */
+/* The daemon's clock (drivers/monotonic.h), and waiting by it. Any thread. */
 #ifndef DX_CLOCK_H
 #define DX_CLOCK_H
 
+#include "drivers/monotonic.h"
+
 #include <errno.h>
 #include <semaphore.h>
-#include <stdint.h>
-#include <time.h>
-
-static inline uint64_t dx_clock_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
 
 /* Waits for the semaphore, or until `due_ns` (0: for ever). 0, or -1: it did not come. */
 static inline int dx_clock_sem_wait(sem_t *sem, uint64_t due_ns)

@@ -1,7 +1,7 @@
 /*
  * The life of a configuration: made with defaults, read from a file or bytes, freed.
  */
-#include "daemon/config_parse.h"
+#include "daemon/config_origin.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -43,6 +43,7 @@ void dx_config_fini(struct dx_config *config)
     for (key = dx_config_keys; key->path; key++)
         if (!dx_config_key_in_stream(key))
             dx_config_value_free(key, config);
+    dx_config_origins_free(config->origins);
     memset(config, 0, sizeof(*config));
 }
 
@@ -77,6 +78,17 @@ static void settle_size(struct dx_stream_config *stream)
     scene->height = preset.height;
 }
 
+static int keep_origins(struct dx_config *config, const struct dx_config_marks *marks,
+                        const char *file, struct dx_err *err)
+{
+    int r = dx_config_origins_new(&config->origins, file, config->n_streams);
+
+    if (r)
+        return dx_err_set(err, r, "%.150s: %s", file, strerror(-r));
+    dx_config_origins_take(config->origins, marks);
+    return 0;
+}
+
 int dx_config_parse(struct dx_config *config, const char *file, const void *bytes, size_t len,
                     struct dx_err *err)
 {
@@ -95,6 +107,8 @@ int dx_config_parse(struct dx_config *config, const char *file, const void *byte
         r = dx_config_parse_yaml(config, marks, file, bytes, len, err);
     if (!r)
         r = dx_config_check(config, marks, file, err);
+    if (!r)
+        r = keep_origins(config, marks, file, err);
     for (uint32_t n = 0; n < config->n_streams && !r; n++)
         settle_size(&config->streams[n]);
     if (r)

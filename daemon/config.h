@@ -1,7 +1,8 @@
 /*
- * The configuration of the service: a YAML file, or the one that `dexeld --replay` means. Read once
- * before any thread starts and constant from then on. What keys there are is one table
- * (config_table.c): parser, printer and the list in dexeld.yaml(5) walk it.
+ * The configuration of the service: a YAML file, or the one that `dexeld --replay` means. Read
+ * before any thread starts, and again by a reload, which puts the new one in the place of the old.
+ * What keys there are is one table (config_table.c): parser, printer and the list in dexeld.yaml(5)
+ * walk it.
  */
 #ifndef DX_CONFIG_H
 #define DX_CONFIG_H
@@ -50,14 +51,21 @@ struct dx_stream_config {
     unsigned line; /* of the stream in the file, from 1; 0: not from a file */
 };
 
+struct dx_config_origins;
+
 struct dx_config {
     char *socket;
     char *control_socket;
-    uint32_t threads; /* of the pool; 0: one per processor */
-    uint32_t max_clients;
-    int log_level; /* syslog(3) priority */
+    uint32_t threads;                          /* of the pool; 0: one per processor */
+    uint32_t max_clients, max_clients_per_uid; /* of a user; 0: no bound of its own */
+    uint32_t client_memory_mib;
+    uint32_t max_requests; /* a second */
+    int log_level;         /* syslog(3) priority */
+    char *metrics_file;    /* "": none */
+    uint32_t metrics_s;    /* it is written so often */
     uint32_t n_streams;
     struct dx_stream_config *streams;
+    struct dx_config_origins *origins; /* where each value is from */
 };
 
 /*
@@ -105,11 +113,18 @@ void dx_config_stream_free(struct dx_stream_config *stream); /* NULL is fine */
 unsigned dx_config_keep_fixed(struct dx_config *next, struct dx_config *in_force,
                               const char *differing[DX_CONFIG_MAX_FIXED]);
 
+/* The socket of this key ("socket", "control_socket") was inherited: what is configured does not
+ * count, before and after a reload. */
+void dx_config_note_inherited(struct dx_config *config, const char *path);
+
 /* ---- printed -----------------------------------------------------------------------------------
  */
 
 /* The configuration in force, as YAML that reads back as the same. */
 void dx_config_print(FILE *out, const struct dx_config *config);
+/* The same, with a comment behind each value that says where it is from. The log level may have
+ * been set to another one since. */
+void dx_config_print_in_force(FILE *out, const struct dx_config *config, int log_level);
 
 /* A configuration of this stream alone, as it lies in a recording: without its `record` and `wait`.
  * *text is the caller's to free. -ENOMEM. */

@@ -1,6 +1,6 @@
 /*
  * What no single key can tell: values that do not go with each other. Errors point at the value, or
- * at the stream when the file leaves the key out.
+ * at the map that would hold it when the file leaves the key out.
  */
 #include "daemon/config_parse.h"
 
@@ -20,11 +20,24 @@ struct check {
     struct dx_err *err;
 };
 
+/* Of a key that the file leaves out, the mark of the map that it would be in; at last of the
+ * stream.
+ */
 static struct dx_config_mark mark_of(const struct check *c, uint32_t place, const char *key)
 {
-    struct dx_config_mark mark = c->marks->of[place][dx_config_key_find(key) - dx_config_keys];
+    const struct dx_config_key *row = dx_config_key_find(key);
+    struct dx_config_mark mark = {0, 0};
+    char map[80];
+    char *dot;
 
-    return mark.line ? mark : c->marks->stream[place];
+    if (row)
+        mark = c->marks->of[place][row - dx_config_keys];
+    snprintf(map, sizeof(map), "%s", key);
+    dot = strrchr(map, '.');
+    if (mark.line || !dot)
+        return mark.line ? mark : c->marks->stream[place];
+    *dot = 0;
+    return mark_of(c, place, map);
 }
 
 static bool is_in_file(const struct check *c, uint32_t n, const char *key)
@@ -38,7 +51,7 @@ static bool is_in_file(const struct check *c, uint32_t n, const char *key)
 /* Fails at a key of stream `n`; `key` is its path below the stream. */
 static int fail_stream(const struct check *c, uint32_t n, const char *key, const char *text)
 {
-    char row[64], path[64];
+    char row[96], path[96];
 
     snprintf(row, sizeof(row), "streams[].%s", key);
     snprintf(path, sizeof(path), "streams[%u].%s", n, key);
@@ -105,6 +118,21 @@ static int check_kinect(const struct check *c, uint32_t n)
     return strcmp(s->driver, "kinect") ? 0 : check_port(c, n, "kinect.port", s->source.kinect.port);
 }
 
+/* Where the image's size is the camera's affair, it is checked when that is there. */
+static int check_lens(const struct check *c, uint32_t n)
+{
+    static const char *const keys[] = {"v4l2.k1", "v4l2.k2", "v4l2.p1", "v4l2.p2", "v4l2.k3"};
+    const struct dx_v4l2_config *v = &c->config->streams[n].source.v4l2;
+    struct dx_err why = {""};
+    size_t k = 0;
+
+    if (!v->width || !dx_lens_check(&v->lens, v->height, v->width, &why))
+        return 0;
+    while (k + 1 < sizeof(keys) / sizeof(keys[0]) && !is_in_file(c, n, keys[k]))
+        k++;
+    return fail_stream(c, n, keys[k], why.text);
+}
+
 static int check_v4l2(const struct check *c, uint32_t n)
 {
     const struct dx_v4l2_config *v = &c->config->streams[n].source.v4l2;
@@ -118,7 +146,7 @@ static int check_v4l2(const struct check *c, uint32_t n)
         return fail_stream(c, n, "v4l2.disparity", "expected [k, d0], k not 0");
     if (v->format == DX_V4L2_Y10B && v->width % 4)
         return fail_stream(c, n, "v4l2.size", "Y10B has columns by fours");
-    return 0;
+    return check_lens(c, n);
 }
 
 /* Is it the same text, of a device that one stream alone can have? */
@@ -151,7 +179,8 @@ static int check_hokuyo(const struct check *c, uint32_t n)
 {
     const struct dx_stream_config *s = &c->config->streams[n];
     const struct dx_hokuyo_config *h = &s->source.hokuyo;
-    const char *why;
+    const char *why, *key = "";
+    char path[64];
 
     if (strcmp(s->driver, "hokuyo"))
         return 0;
@@ -159,9 +188,10 @@ static int check_hokuyo(const struct check *c, uint32_t n)
         return -EINVAL;
     if (check_has_line(c, n, "hokuyo.stage.encoder", "a", h->stage.angle.encoder.a))
         return -EINVAL;
-    why = dx_hokuyo_check(h);
+    why = dx_hokuyo_check(h, &key);
+    snprintf(path, sizeof(path), "hokuyo.%s", key);
     if (why)
-        return fail_stream(c, n, "hokuyo", why);
+        return fail_stream(c, n, path, why);
     why = h->stage.exact ? dx_terrain_params_check_exact(&s->mesh) : NULL;
     return why ? fail_stream(c, n, "hokuyo.stage.exact", why) : check_scanner_is_ours(c, n);
 }
@@ -183,20 +213,51 @@ static int check_has_lines(const struct check *c, uint32_t n)
     return r;
 }
 
-/* The encoder's lines are about the scanner as well. */
-static int check_encoder_lines(const struct check *c, uint32_t n)
-{
-    const struct dx_stream_config *s = &c->config->streams[n];
-    const struct dx_encoder_config *e = &s->source.hokuyo.stage.angle.encoder;
-    const char *keys[] = {"hokuyo.stage.encoder.a", "hokuyo.stage.encoder.b",
-                          "hokuyo.stage.encoder.z"};
-    const char *lines[] = {e->a, e->b, e->z};
+#define MAX_LINES (DX_RIG_N_LINES + 3)
 
-    if (strcmp(s->driver, "hokuyo"))
-        return 0;
-    for (size_t k = 0; k < sizeof(lines) / sizeof(lines[0]); k++)
-        if (dx_rig_has_line(&s->gpio, lines[k]))
-            return fail_stream(c, n, keys[k], "this line has another purpose already");
+/* The GPIO lines of a stream, first those about it, with keys below "gpio": how many. */
+static size_t list_lines(const struct dx_stream_config *s, struct dx_rig_line lines[MAX_LINES])
+{
+    const struct dx_encoder_config *e = &s->source.hokuyo.stage.angle.encoder;
+    size_t n = DX_RIG_N_LINES;
+
+    dx_rig_list(&s->gpio, lines);
+    if (!strcmp(s->driver, "hokuyo")) {
+        lines[n++] = (struct dx_rig_line){"hokuyo.stage.encoder.a", e->a};
+        lines[n++] = (struct dx_rig_line){"hokuyo.stage.encoder.b", e->b};
+        lines[n++] = (struct dx_rig_line){"hokuyo.stage.encoder.z", e->z};
+    }
+    return n;
+}
+
+static bool is_among(const char *where, const struct dx_rig_line *lines, size_t n)
+{
+    for (size_t k = 0; k < n; k++)
+        if (dx_gpio_where_same(where, lines[k].where))
+            return true;
+    return false;
+}
+
+/* A line has one user: in a stream one purpose, and no other stream. */
+static int check_lines_are_ours(const struct check *c, uint32_t n)
+{
+    struct dx_rig_line mine[MAX_LINES], other[MAX_LINES];
+    size_t n_mine = list_lines(&c->config->streams[n], mine), n_other;
+    const char *why = NULL;
+    char key[64];
+
+    for (size_t k = 0; k < n_mine; k++) {
+        if (is_among(mine[k].where, mine, k))
+            why = "this line has another purpose already";
+        for (uint32_t s = 0; s < n && !why; s++) {
+            n_other = list_lines(&c->config->streams[s], other);
+            if (is_among(mine[k].where, other, n_other))
+                why = "found a line of another stream, expected its own";
+        }
+        snprintf(key, sizeof(key), "%s%s", k < DX_RIG_N_LINES ? "gpio." : "", mine[k].key);
+        if (why)
+            return fail_stream(c, n, key, why);
+    }
     return 0;
 }
 
@@ -208,12 +269,14 @@ static int check_gpio(const struct check *c, uint32_t n)
     char path[64];
     int r = check_has_lines(c, n);
 
-    if (r || !dx_rig_is_wanted(&s->gpio))
+    if (r)
         return r;
+    if (!dx_rig_is_wanted(&s->gpio))
+        return check_lines_are_ours(c, n);
     if (!driver || !driver->subsystems)
         return fail_stream(c, n, "gpio", "found lines, which need a driver of a device");
     snprintf(path, sizeof(path), "gpio.%s", key);
-    return why ? fail_stream(c, n, path, why) : check_encoder_lines(c, n);
+    return why ? fail_stream(c, n, path, why) : check_lines_are_ours(c, n);
 }
 
 static int check_record(const struct check *c, uint32_t n)

@@ -2,7 +2,7 @@
  * Configurations beside each other: what differs, what of the one in force stays while the service
  * runs, and a stream's part as a copy of its own. All of it walks the table of keys.
  */
-#include "daemon/config_table.h"
+#include "daemon/config_origin.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -90,6 +90,19 @@ void dx_config_stream_free(struct dx_stream_config *stream)
     free(stream);
 }
 
+/* Texts change hands with their pointers. */
+static void exchange(const struct dx_config_key *key, struct dx_config *a, struct dx_config *b)
+{
+    unsigned char *at = (unsigned char *)a + key->at, *bt = (unsigned char *)b + key->at;
+
+    for (size_t k = 0; k < key->size; k++) {
+        unsigned char byte = at[k];
+
+        at[k] = bt[k];
+        bt[k] = byte;
+    }
+}
+
 unsigned dx_config_keep_fixed(struct dx_config *next, struct dx_config *in_force,
                               const char *differing[DX_CONFIG_MAX_FIXED])
 {
@@ -97,19 +110,19 @@ unsigned dx_config_keep_fixed(struct dx_config *next, struct dx_config *in_force
     unsigned n = 0;
 
     for (key = dx_config_keys; key->path; key++) {
-        unsigned char *a = (unsigned char *)next + key->at,
-                      *b = (unsigned char *)in_force + key->at;
+        uint32_t *from, *from_before;
 
         if (dx_config_key_in_stream(key) || key->type == DX_CONFIG_STREAMS || key->live)
             continue;
-        if (!dx_config_value_same(key, next, in_force) && n < DX_CONFIG_MAX_FIXED)
+        from = dx_config_origin(next->origins, 0, key);
+        from_before = dx_config_origin(in_force->origins, 0, key);
+        if (*from_before == DX_CONFIG_FROM_MANAGER) {
+            *from = *from_before;
+        } else if (!dx_config_value_same(key, next, in_force) && n < DX_CONFIG_MAX_FIXED) {
             differing[n++] = key->path;
-        for (size_t k = 0; k < key->size; k++) { /* texts change hands with their pointers */
-            unsigned char byte = a[k];
-
-            a[k] = b[k];
-            b[k] = byte;
+            *from |= DX_CONFIG_NEXT_START;
         }
+        exchange(key, next, in_force); /* the same one, too: others may hold its text */
     }
     return n;
 }

@@ -2,7 +2,7 @@
  * What the table of keys prints: the configuration in force as YAML, and the list of keys of
  * dexeld.yaml(5).
  */
-#include "daemon/config_table.h"
+#include "daemon/config_origin.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -18,7 +18,19 @@ static unsigned indentation(const struct dx_config_key *key)
     return 2 + 2 * n_dots;
 }
 
-static void print_stream(FILE *out, const struct dx_stream_config *stream)
+/* Ends a line, saying where the value is from; `o` NULL: not. */
+static void end_line(FILE *out, const struct dx_config_origins *o, uint32_t place,
+                     const struct dx_config_key *key)
+{
+    if (o) {
+        fputs("  # ", out);
+        dx_config_origin_print(out, o, place, key);
+    }
+    putc('\n', out);
+}
+
+static void print_stream(FILE *out, const struct dx_stream_config *stream,
+                         const struct dx_config_origins *o, uint32_t place)
 {
     const struct dx_config_key *key;
     bool first = true;
@@ -31,12 +43,12 @@ static void print_stream(FILE *out, const struct dx_stream_config *stream)
         fprintf(out, "%*s%s:%s", (int)indentation(key), first ? "- " : "", dx_config_key_name(key),
                 map ? "" : " ");
         dx_config_value_print(key, stream, out);
-        putc('\n', out);
+        end_line(out, map ? NULL : o, place, key);
         first = false;
     }
 }
 
-void dx_config_print(FILE *out, const struct dx_config *config)
+static void print(FILE *out, const struct dx_config *config, const struct dx_config_origins *o)
 {
     const struct dx_config_key *key;
 
@@ -45,11 +57,29 @@ void dx_config_print(FILE *out, const struct dx_config *config)
             continue;
         fprintf(out, "%s: ", key->path);
         dx_config_value_print(key, config, out);
-        putc('\n', out);
+        end_line(out, o, 0, key);
     }
     fputs("streams:\n", out);
     for (uint32_t i = 0; i < config->n_streams; i++)
-        print_stream(out, &config->streams[i]);
+        print_stream(out, &config->streams[i], o, 1 + i);
+}
+
+void dx_config_print(FILE *out, const struct dx_config *config)
+{
+    print(out, config, NULL);
+}
+
+void dx_config_print_in_force(FILE *out, const struct dx_config *config, int log_level)
+{
+    uint32_t *from = dx_config_origin(config->origins, 0, dx_config_key_find("log_level"));
+    uint32_t from_config = *from;
+    struct dx_config now = *config;
+
+    if (log_level != config->log_level)
+        *from = DX_CONFIG_FROM_REQUEST;
+    now.log_level = log_level;
+    print(out, &now, now.origins);
+    *from = from_config;
 }
 
 /* What is printed is the stream's own text: an attachment tells how to decode, not how to record.
@@ -70,7 +100,7 @@ int dx_config_stream_text(char **text, size_t *len, const struct dx_stream_confi
             r = dx_config_value_preset(key, &alone);
     if (r == 0) {
         fputs("streams:\n", out);
-        print_stream(out, &alone);
+        print_stream(out, &alone, NULL, 0);
     }
     free(alone.record.path);
     if (ferror(out))

@@ -1,7 +1,10 @@
 /* Rows of the table of keys: Hokuyo line scanners and their stage. Included by config_table.c
  * alone, inside the table. */
 
-#define ALL_STEPS_WORDS   WORDS({"auto", -1})
+#define ALL_STEPS_WORDS WORDS({"auto", -1})
+#define BAUDS_WORDS                                                                                \
+    WORDS({"19200", 19200}, {"38400", 38400}, {"57600", 57600}, {"115200", 115200},                \
+          {"230400", 230400}, {"500000", 500000})
 #define INTENSITIES_WORDS WORDS({"0", 0}, {"16", 2})
 #define ECHOES_WORDS                                                                               \
     WORDS({"one", DX_HOKUYO_ECHO_ONE}, {"first", DX_HOKUYO_ECHO_FIRST},                            \
@@ -21,8 +24,8 @@
     {"streams[].hokuyo.tty", DX_CONFIG_PATH, STREAM(source.hokuyo.tty), .min = 0, .max = 255,
      .preset = "",
      .help = "A tty, as /dev/ttyACM0 or a link to it in /dev/serial/by-path."},
-    {"streams[].hokuyo.baud", DX_CONFIG_UINT, STREAM(source.hokuyo.baud), .min = 19200,
-     .max = 500000, .preset = "115200",
+    {"streams[].hokuyo.baud", DX_CONFIG_CHOICE, STREAM(source.hokuyo.baud), .words = BAUDS_WORDS,
+     .preset = "115200",
      .help = "Speed of a tty that is a serial line; by USB it means nothing."},
     {"streams[].hokuyo.tcp", DX_CONFIG_PATH, STREAM(source.hokuyo.tcp), .min = 0, .max = 255,
      .preset = "",
@@ -32,7 +35,9 @@
      .help = "The USB port, as 1-2.3.\nEmpty: the first scanner that is found."},
     {"streams[].hokuyo.serial", DX_CONFIG_PATH, STREAM(source.hokuyo.serial), .min = 0, .max = 31,
      .preset = "",
-     .help = "The scanner's serial number, as it tells it itself; another is refused.\nEmpty: any."},
+     .help = "The scanner's serial number, as it tells it itself.\n"
+             "Without tty, tcp and port those on USB are asked for it; at a place that is named another is a fault.\n"
+             "Empty: any."},
     {"streams[].hokuyo.echo", DX_CONFIG_CHOICE, STREAM(source.hokuyo.echo), .words = ECHOES_WORDS,
      .preset = "one",
      .help = "Which return of a beam counts.\n"

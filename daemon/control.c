@@ -9,6 +9,7 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
+#include "daemon/clock.h"
 #include "daemon/control_devices.h"
 #include "daemon/control_requests.h"
 #include "daemon/log.h"
@@ -36,6 +37,8 @@ struct dx_control {
     struct dx_server *server;
     struct dx_listener listener;
     uint64_t n_connections;
+    uint64_t second; /* of the clock, and the requests in it */
+    uint32_t n_requests;
     struct dx_probe *probe;
     struct connection connection[MAX_CONNECTIONS];
 };
@@ -63,12 +66,35 @@ static void turn_away(struct connection *c, const char *why)
     hang_up(c);
 }
 
+/* May one more be asked in this second? */
+static bool may_ask(struct dx_control *k)
+{
+    uint64_t second = dx_clock_ns() / 1000000000u;
+
+    if (second != k->second)
+        k->n_requests = 0;
+    k->second = second;
+    return ++k->n_requests <= k->server->options.limits.max_requests;
+}
+
+static json_t *refuse(const struct connection *c)
+{
+    dx_log_warning("control", "pid %d uid %u: too many requests", (int)c->cred.pid,
+                   (unsigned)c->cred.uid);
+    return json_pack("{s:o}", "error",
+                     json_sprintf("too many requests: %u a second (max_requests)",
+                                  c->control->server->options.limits.max_requests));
+}
+
 /* What a line is answered with: a new reference. NULL: no memory; or, with c->waits set, later. */
 static json_t *answer(struct connection *c, const char *line, size_t len)
 {
     json_error_t where;
-    json_t *request = json_loadb(line, len, JSON_REJECT_DUPLICATES, &where), *reply;
+    json_t *request, *reply;
 
+    if (!may_ask(c->control))
+        return refuse(c);
+    request = json_loadb(line, len, JSON_REJECT_DUPLICATES, &where);
     if (request)
         reply = dx_control_answer(c->control->server, request, &c->cred, &c->waits);
     else
@@ -242,6 +268,11 @@ void dx_control_tell(struct dx_control *k, struct dx_control_wait done, json_t *
         if (reply_with(c, json_incref(reply)))
             answer_lines(c);
     }
+}
+
+bool dx_control_is_inherited(const struct dx_control *k)
+{
+    return k && dx_listener_is_inherited(&k->listener);
 }
 
 void dx_control_resume(struct dx_control *k)

@@ -7,6 +7,7 @@
 #define DX_CONTROL_H
 
 #include <jansson.h>
+#include <stdbool.h>
 
 #include "core/base/err.h"
 #include "daemon/control_requests.h"
@@ -22,6 +23,8 @@ void dx_control_free(struct dx_control *c);
 /* Answers the connections that wait for what is done now, or for what was to be before it. `reply`
  * stays the caller's. A NULL control is fine. */
 void dx_control_tell(struct dx_control *c, struct dx_control_wait done, json_t *reply);
+
+bool dx_control_is_inherited(const struct dx_control *c); /* NULL: no */
 
 /* Accepts again, if it was out of descriptors; called once a second. NULL is fine. */
 void dx_control_resume(struct dx_control *c);

@@ -7,8 +7,9 @@
 #include <string.h>
 
 #include "daemon/control_clients.h"
+#include "daemon/control_config.h"
 #include "daemon/control_devices.h"
-#include "daemon/control_reload.h"
+#include "daemon/control_metrics.h"
 #include "daemon/control_service.h"
 #include "daemon/control_stream.h"
 #include "daemon/log.h"
@@ -18,7 +19,7 @@
 static json_t *answer_status(struct dx_server *server, const json_t *request)
 {
     (void)request;
-    return dx_status(server);
+    return dx_status(server, false);
 }
 
 static const struct request {
@@ -31,11 +32,13 @@ static const struct request {
     enum dx_control_topic topic;
 } requests[] = {
     {"status", answer_status, NULL, NULL, 0},
+    {"metrics", dx_control_metrics, NULL, NULL, 0},
     {"devices", dx_control_no_devices, NULL, dx_control_begin_devices, DX_TOPIC_DEVICES},
     {"clients", dx_control_clients, "do", NULL, 0},
     {"record", dx_control_record, "do", NULL, 0},
     {"replay", dx_control_replay, "do", NULL, 0},
     {"log-level", dx_control_log_level, "level", NULL, 0},
+    {"config", dx_control_config, NULL, NULL, 0},
     {"reload", dx_control_no_reload, "request", dx_server_reload, DX_TOPIC_RELOAD},
     {"quit", dx_control_quit, "request", NULL, 0},
 };

@@ -18,12 +18,14 @@ struct dx_counters {
     _Atomic uint64_t n_epochs;          /* published */
     _Atomic uint64_t n_short_of_chunks; /* epochs that had to be tried again */
     _Atomic uint64_t n_tiles_changed;
+    _Atomic uint64_t n_tiles_same; /* of the same commits: not published, for nothing changed */
     _Atomic uint64_t mesh_ns;      /* spent computing tiles, in all */
     _Atomic uint64_t mesh_ns_last; /* the same, last commit */
     _Atomic uint64_t n_valid;      /* dexels with a range, last commit; 0: not known */
 
     /* loop */
     _Atomic uint64_t n_tiles_sent; /* TILE messages, all subscribers */
+    _Atomic uint64_t n_slow;       /* times that a subscriber lost its place, being too slow */
 };
 
 static inline void dx_count(_Atomic uint64_t *counter, uint64_t n)

@@ -49,13 +49,6 @@ void dx_life_opened(struct dx_life *l, uint64_t silence_ns, uint64_t now_ns)
     go(l, DX_LIFE_OPENING, now_ns);
 }
 
-/* The next wait of the series. */
-static void wait_longer(struct dx_life *l, uint64_t now_ns)
-{
-    l->wait_s = l->wait_s ? (uint32_t)least(2 * l->wait_s, DX_LIFE_MAX_S) : 1;
-    l->due_ns = now_ns + (uint64_t)l->wait_s * SECOND_NS;
-}
-
 static void leave(struct dx_life *l, enum dx_life_state state, uint64_t now_ns)
 {
     l->is_open = false;
@@ -63,7 +56,7 @@ static void leave(struct dx_life *l, enum dx_life_state state, uint64_t now_ns)
     if (state == DX_LIFE_ABSENT)
         l->due_ns = now_ns + DX_LIFE_LOOK_NS;
     else
-        wait_longer(l, now_ns);
+        l->due_ns = now_ns + dx_backoff_next(&l->backoff);
 }
 
 static void hear(struct dx_life *l, uint64_t now_ns)
@@ -75,7 +68,7 @@ static void hear(struct dx_life *l, uint64_t now_ns)
     go(l, DX_LIFE_STREAMING, now_ns);
     l->heard_ns = now_ns;
     if (now_ns - l->steady_ns >= DX_LIFE_HEALTHY_NS)
-        l->wait_s = 0;
+        dx_backoff_reset(&l->backoff);
 }
 
 static void miss(struct dx_life *l, uint64_t now_ns)

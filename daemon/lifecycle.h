@@ -6,13 +6,14 @@
 #ifndef DX_LIFECYCLE_H
 #define DX_LIFECYCLE_H
 
+#include "drivers/backoff.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
 #define DX_LIFE_LOOK_NS    30000000000u /* an absent device is looked for so often in any case */
 #define DX_LIFE_PAUSE_NS   50000000u    /* between two looks, however often presence pokes */
-#define DX_LIFE_MAX_S      30           /* the series of waits: 1, 2, 4 ... seconds up to this */
-#define DX_LIFE_HEALTHY_NS 10000000000u /* of streaming, and the series begins anew */
+#define DX_LIFE_HEALTHY_NS 10000000000u /* of streaming, and the series of waits begins anew */
 #define DX_LIFE_FIRST_NS   5000000000u  /* for the first block after the opening, at least */
 #define DX_LIFE_REOPEN_NS  5000000000u  /* of silence after a stall was told, at least */
 #define DX_LIFE_CUT_NS     10000000000u /* a poke may cut the wait after a fault so often */
@@ -53,7 +54,7 @@ struct dx_life {
     uint64_t tried_ns;   /* the last opening */
     uint64_t cut_ns;     /* the last wait that was cut */
     bool was_there, was_cut;
-    uint32_t wait_s; /* the last of the series; 0: it begins */
+    struct dx_backoff backoff; /* of the waits after faults, and when it has gone */
 };
 
 void dx_life_init(struct dx_life *l, uint64_t now_ns);

@@ -1,7 +1,7 @@
 /*
- * The log: one line a message to standard error, with the journal's priority prefix when that is
- * where it goes. Each call site may say ten lines a second; what it swallowed it says later. Any
- * thread; never blocks: a line that standard error has no room for is dropped.
+ * The log: one line a message to standard error, or to the journal where standard error is that,
+ * with fields that say whom the line is about. Each call site may say ten lines a second; what it
+ * swallowed it says later. Any thread; never blocks: a line that there is no room for is dropped.
  */
 #ifndef DX_LOG_H
 #define DX_LOG_H
@@ -15,6 +15,26 @@ struct dx_log_site {
     _Atomic uint64_t second;
     _Atomic uint32_t n, n_swallowed;
 };
+
+/*
+ * Whom the lines of a thread are about: STREAM=, DEVICE=, CLIENT_PID= and CLIENT_UID= in the
+ * journal. A thread of a stream says so once, at its start; the loop for each line, and takes it
+ * back. So what is called from there, down to a driver, need not know the stream.
+ */
+struct dx_log_about {
+    const char *stream, *device; /* borrowed; NULL: none */
+    int client_pid;              /* 0: none */
+    unsigned client_uid;
+};
+
+/* The calling thread's, from now on. Returns what it was. */
+struct dx_log_about dx_log_about(struct dx_log_about about);
+/* The same for the device alone. */
+void dx_log_about_device(const char *device);
+
+/* Lines go to the journal that reads this socket; NULL: to standard error. Until it is called
+ * JOURNAL_STREAM decides. Before other threads; `path` is borrowed. */
+void dx_log_to_journal(const char *path);
 
 /* Lines above this syslog priority are not written; LOG_INFO at the start. */
 void dx_log_set_level(int level);

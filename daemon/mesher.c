@@ -132,14 +132,18 @@ static uint32_t commit_caps(const struct dx_terrain *t)
 static void commit_mesh(struct dx_mesher *m)
 {
     uint64_t start = dx_clock_ns(), n_words;
+    uint32_t n_tiles, n_changed;
     const uint64_t *changed;
 
     if (!m->uncommitted)
         return;
     beat(m);
-    dx_count(&m->counters->n_tiles_changed, dx_terrain_commit(m->terrain, m->pool));
+    n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain));
+    n_changed = dx_terrain_commit(m->terrain, m->pool);
+    dx_count(&m->counters->n_tiles_changed, n_changed);
+    dx_count(&m->counters->n_tiles_same, n_tiles - n_changed);
     changed = dx_terrain_changed(m->terrain);
-    n_words = dx_tiling_n_tiles(dx_terrain_tiling(m->terrain)) / 64 + 1;
+    n_words = n_tiles / 64 + 1;
     for (int e = 0; e < DX_N_ENCODINGS; e++)
         for (uint64_t k = 0; k < n_words; k++)
             m->pending[e][k] |= changed[k];

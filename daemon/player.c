@@ -4,6 +4,7 @@
 #include "daemon/config.h"
 #include "daemon/log.h"
 #include "drivers/file/playlist.h"
+#include "drivers/monotonic.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
@@ -252,7 +253,7 @@ static int player_read(struct dx_device *dev, struct dx_block *block, struct dx_
         return rc;
     dev->next_ready = false;
     *block = dev->next.block;
-    block->stamp.host_ns = dx_pace_now();
+    block->stamp.host_ns = dx_clock_ns();
     pthread_mutex_lock(&dev->lock);
     dev->status.position_s = (double)(dev->next.log_time - dx_playlist_start(dev->list)) * 1e-9;
     pthread_mutex_unlock(&dev->lock);

@@ -36,9 +36,11 @@ struct dx_reader_device {
 
     /* of this stay */
     struct dx_device *device; /* NULL: closed */
+    bool is_reached;          /* it is more than begun to be opened */
     bool any_block;
     uint64_t health_due_ns;
-    uint64_t n_lost_before; /* the block before this one */
+    uint64_t n_lost_before;  /* the block before this one */
+    uint64_t n_damaged_then; /* of this stay, when the last block came */
 
     uint64_t n_blocks;
     uint64_t n_lost, n_damaged; /* of the stays before */
@@ -284,6 +286,7 @@ static void know_unit(struct dx_reader_device *d)
     }
     if (*serial)
         memcpy(d->serial, serial, sizeof(d->serial));
+    dx_log_about_device(*d->serial ? d->serial : d->status.health.place);
 }
 
 /* ---- opening and closing ---------------------------------------------------------------------
@@ -294,7 +297,6 @@ static void set_device(struct dx_reader_device *d, struct dx_device *device)
     d->device = device;
     pthread_mutex_lock(&d->lock);
     d->wakes = device;
-    d->status.n_opens += device != NULL;
     pthread_mutex_unlock(&d->lock);
 }
 
@@ -304,10 +306,13 @@ void dx_reader_device_close(struct dx_reader_device *d)
 
     if (!device)
         return;
-    ask_health(d);
-    dx_reader_rig_close(d->rig);
-    d->n_lost = d->status.health.n_lost;
-    d->n_damaged = d->status.health.n_damaged;
+    if (d->is_reached) {
+        ask_health(d);
+        dx_reader_rig_close(d->rig);
+        d->n_lost = d->status.health.n_lost;
+        d->n_damaged = d->status.health.n_damaged;
+        d->is_reached = false;
+    }
     set_device(d, NULL); /* before it is closed: nobody wakes it any more */
     d->driver->stop(device);
     d->driver->close(device);
@@ -327,47 +332,66 @@ static void tell(struct dx_reader_device *d, enum dx_life_event event, uint64_t 
     show(d);
 }
 
-static int open_device(struct dx_reader_device *d, struct dx_device **out)
+/* 0: it runs. AGAIN: it is not reached yet, which may be asked again. */
+static int open_device(struct dx_reader_device *d)
 {
-    int r = d->driver->open(out, d->config, &d->why);
+    struct dx_device *device = NULL;
+    int r = 0;
 
+    if (!d->device) {
+        atomic_store_explicit(&d->poked, false, memory_order_relaxed); /* this look sees it */
+        d->why.text[0] = '\0';
+        r = d->driver->open(&device, d->config, &d->why);
+        if (r != 0)
+            return r;
+        set_device(d, device); /* from now on it can be woken */
+    }
+    if (d->driver->connect)
+        r = d->driver->connect(d->device, &d->why);
     if (r != 0)
         return r;
-    dx_reader_rig_open(d->rig, d->driver, *out);
-    r = d->driver->start(*out, &d->why);
-    if (r == 0)
-        return 0;
-    dx_reader_rig_close(d->rig);
-    d->driver->stop(*out);
-    d->driver->close(*out);
-    return r;
+    d->is_reached = true;
+    dx_reader_rig_open(d->rig, d->driver, d->device);
+    return d->driver->start(d->device, &d->why);
+}
+
+/* Frames of before are not of this stay. */
+static void begin_stay(struct dx_reader_device *d)
+{
+    d->any_block = false;
+    d->n_lost_before = d->n_damaged_then = 0;
+    d->health_due_ns = dx_clock_ns() + HEALTH_NS;
+    pthread_mutex_lock(&d->lock);
+    d->status.n_opens++;
+    pthread_mutex_unlock(&d->lock);
+    ask_health(d);
+    know_unit(d);
+    dx_life_opened(&d->life, d->driver->silence_ns(d->device), dx_clock_ns());
+    show(d);
 }
 
 static void look(struct dx_reader_device *d)
 {
-    struct dx_device *device = NULL;
     int r;
 
-    atomic_store_explicit(&d->poked, false, memory_order_relaxed); /* this look sees it */
-    d->why.text[0] = '\0';
     dx_heartbeat_allow(d->beat, dx_clock_ns(), OPEN_NS);
-    r = open_device(d, &device);
-    if (r == 0) {
-        set_device(d, device);
-        d->any_block = false;
-        d->n_lost_before = 0;
-        d->health_due_ns = dx_clock_ns() + HEALTH_NS;
-        ask_health(d);
-        know_unit(d);
-        dx_life_opened(&d->life, d->driver->silence_ns(device), dx_clock_ns());
-        show(d);
-    } else {
+    r = open_device(d);
+    if (r == 0)
+        begin_stay(d);
+    else if (r != DX_DRIVER_E_AGAIN)
         tell(d, r == DX_DRIVER_E_GONE ? DX_LIFE_NOT_THERE : DX_LIFE_FAILED, dx_clock_ns());
-    }
 }
 
 /* ---- the turns -------------------------------------------------------------------------------
  */
+
+static uint64_t count_damaged(const struct dx_reader_device *d)
+{
+    struct dx_device_health h = {0};
+
+    d->driver->health(d->device, &h);
+    return h.n_damaged;
+}
 
 static void take_block(struct dx_reader_device *d, struct dx_block *block, uint64_t now)
 {
@@ -380,7 +404,21 @@ static void take_block(struct dx_reader_device *d, struct dx_block *block, uint6
     }
     dx_life_expect(&d->life, d->driver->silence_ns(d->device));
     dx_reader_rig_stamp(d->rig, d->driver, d->device, &d->n_lost_before, block);
+    d->n_damaged_then = count_damaged(d);
     tell(d, DX_LIFE_BLOCK, now);
+}
+
+/* Why no block comes: nothing does, or nothing that can be used. */
+static void explain_silence(struct dx_reader_device *d, uint64_t now)
+{
+    double silent_s = (double)(now - d->life.heard_ns) * 1e-9;
+    uint64_t n_damaged = count_damaged(d) - d->n_damaged_then;
+
+    if (n_damaged > 0)
+        dx_err_set(&d->why, 0, "for %.1f s nothing but damaged data: %llu frames or scans",
+                   silent_s, (unsigned long long)n_damaged);
+    else
+        dx_err_set(&d->why, 0, "no data for %.1f s", silent_s);
 }
 
 static void take_silence(struct dx_reader_device *d, uint64_t now)
@@ -396,7 +434,7 @@ static void take_silence(struct dx_reader_device *d, uint64_t now)
     if (next.state != d->life.state && *held)
         dx_err_set(&d->why, 0, "%s", held);
     else if (next.state != d->life.state)
-        dx_err_set(&d->why, 0, "no data for %.1f s", (double)(now - d->life.heard_ns) * 1e-9);
+        explain_silence(d, now);
     tell(d, DX_LIFE_QUIET, now);
 }
 

@@ -3,7 +3,7 @@
 
 #include "daemon/aside.h"
 #include "daemon/clock.h"
-#include "daemon/control_reload.h"
+#include "daemon/control_config.h"
 #include "daemon/log.h"
 #include "daemon/reload_plan.h"
 
@@ -13,7 +13,8 @@
 #include <string.h>
 #include <systemd/sd-daemon.h>
 
-#define JOIN_NS 700000000u /* for readers to come back from a decode, or from stopping a device */
+#define JOIN_NS   700000000u /* for readers to come back from a decode, or from stopping a device */
+#define SETTLE_NS 2000000000u /* more, for a recorder to end its file */
 
 enum phase {
     IDLE,
@@ -30,6 +31,7 @@ struct dx_reload {
     int result;      /* of planning */
     struct dx_reload_plan plan;
     struct dx_reload_report report;
+    struct dx_config before;    /* what was in force, to be freed beside the loop */
     struct dx_stream_list left; /* stopped, but not back in time */
 };
 
@@ -128,6 +130,7 @@ static void settle(void *reload)
     struct dx_reload *r = reload;
     uint64_t due_ns = dx_clock_ns() + JOIN_NS;
 
+    dx_config_fini(&r->before);
     for (uint32_t k = 0; k < r->plan.n; k++)
         if (r->plan.change[k].old)
             end_old(r, &r->plan.change[k], due_ns);
@@ -192,15 +195,17 @@ static void swap(struct dx_reload *r, struct dx_reload_change *c)
 static void apply_config(struct dx_reload *r)
 {
     struct dx_config *now = r->o.config;
+    struct dx_server_limits limits;
     bool level_changed = r->plan.next.log_level != now->log_level;
 
     r->report.n_fixed = dx_config_keep_fixed(&r->plan.next, now, r->report.fixed);
-    dx_config_fini(now);
+    r->before = *now;
     *now = r->plan.next;
     r->plan.next = (struct dx_config){0};
     if (level_changed)
         dx_log_set_level(now->log_level);
-    dx_server_set_max_clients(r->o.server, now->max_clients);
+    limits = dx_service_limits(now);
+    dx_server_set_limits(r->o.server, &limits);
 }
 
 static void on_planned(void *reload)
@@ -267,7 +272,7 @@ bool dx_reload_end(struct dx_reload *r, uint64_t due_ns)
 {
     if (!r)
         return true;
-    if (!dx_aside_wait(&r->aside, due_ns))
+    if (!dx_aside_wait(&r->aside, due_ns + SETTLE_NS))
         return false;
     if (r->phase == PLANNING)
         dx_reload_plan_drop(&r->plan);

@@ -35,12 +35,13 @@ struct dx_reload_options {
 int dx_reload_new(struct dx_reload **out, const struct dx_reload_options *options);
 
 /* Starts one, or when one is under way another after it. Its number, from 1: that is what
- * dx_control_reloaded (control_reload.h) answers. */
+ * dx_control_reloaded (control_config.h) answers. */
 uint64_t dx_reload_ask(void *reload);
 
 /* When the loop has ended: waits for what is under way. The streams that it had in hand are then in
  * the list, and told to stop; those of before that could not be joined have been tried again.
- * False: something did not end before `due_ns`, and what it uses must stay. */
+ * False: something did not end before `due_ns` (a recorder: 2 s more), and what it uses must
+ * stay. */
 bool dx_reload_end(struct dx_reload *r, uint64_t due_ns);
 void dx_reload_free(struct dx_reload *r); /* after dx_reload_end was true. NULL is fine */
 

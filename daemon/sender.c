@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "daemon/clock.h"
-#include "daemon/log.h"
 
 static void end(struct dx_subscriber *s, const struct dx_writer *w, enum dx_message type)
 {
@@ -23,7 +22,7 @@ static void end(struct dx_subscriber *s, const struct dx_writer *w, enum dx_mess
 static void put_welcome(struct dx_subscriber *s)
 {
     struct dx_msg_welcome m = {.major = DX_WIRE_MAJOR,
-                               .minor = DX_WIRE_MINOR,
+                               .minor = s->minor,
                                .encodings = s->encodings,
                                .max_body = DX_WIRE_MAX_BODY,
                                .n_streams = s->server->n_streams,
@@ -311,6 +310,8 @@ static void commit_sent(struct dx_subscriber *s)
     s->last_seq = v->batch_seq;
     s->n_epochs++;
     s->n_revoked_in_row = 0;
+    /* what it lacks now was published after this batch was begun */
+    s->behind_ns = v->batch_seq < s->stream->loop->seq ? s->batch_ns : 0;
     dx_view_end(v);
 }
 
@@ -355,9 +356,8 @@ void dx_sender_dropped(struct dx_view *v, bool slow)
     dx_sender_begin_anew(s, slow ? "too slow" : s->stream->loop->reset_reason);
     if (!slow)
         return;
-    dx_log_info("server", "client %llu (pid %d uid %u): too slow for %s, begins anew",
-                (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid,
-                s->stream->options.name);
+    dx_count(&s->stream->options.counters->n_slow, 1);
+    dx_log_client(LOG_INFO, s, "too slow for %s, begins anew", s->stream->options.name);
     if (++s->n_revoked_in_row >= 2) {
         s->doomed = DX_WIRE_E_SLOW;
         snprintf(s->doom, sizeof(s->doom), "too slow: twice in a row no batch was taken whole");

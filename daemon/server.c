@@ -9,6 +9,7 @@
 #include <errno.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -17,10 +18,11 @@
 
 #include "daemon/clock.h"
 #include "daemon/control.h"
+#include "daemon/limits.h"
 #include "daemon/log.h"
+#include "daemon/metrics_file.h"
 #include "daemon/watchdog.h"
 
-#define MAX_CLIENTS    256u
 #define HELLO_NS       5000000000u
 #define STALL_NS       10000000000u
 #define TICK_NS        1000000000u
@@ -30,15 +32,17 @@
 /* ---- connections
  * --------------------------------------------------------------------------------- */
 
-static void refuse_client(struct dx_server *s, int fd)
+/* Its own words in an ERROR, if the socket takes it at once. Takes the descriptor. */
+static void refuse_client(int fd, const struct ucred *who, const char *why)
 {
-    struct dx_msg_error m = {.code = DX_WIRE_E_LIMIT, .text = "too many subscribers"};
+    struct dx_msg_error m = {.code = DX_WIRE_E_LIMIT};
     uint8_t bytes[DX_WIRE_HEADER_LEN + 2 + 2 + DX_WIRE_TEXT];
     struct dx_writer w =
         dx_writer_init(bytes + DX_WIRE_HEADER_LEN, sizeof(bytes) - DX_WIRE_HEADER_LEN);
     struct dx_wire_header h = {.type = DX_MSG_ERROR, .stream = DX_WIRE_NO_STREAM};
     size_t len;
 
+    snprintf(m.text, sizeof(m.text), "%s", why);
     dx_msg_error_put(&w, &m);
     len = (size_t)(w.p - bytes);
     h.length = (uint32_t)(len - DX_WIRE_HEADER_LEN);
@@ -46,19 +50,24 @@ static void refuse_client(struct dx_server *s, int fd)
     if (send(fd, bytes, len, MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
         dx_log_debug("server", "refused client: %s", strerror(errno));
     close(fd);
-    dx_log_warning("server", "a client was refused: there are %u", s->n_clients);
+    dx_log_warning("server", "a client (pid %d uid %u) was refused: %s", (int)who->pid,
+                   (unsigned)who->uid, why);
 }
 
 static void add_client(struct dx_server *s, int fd)
 {
+    struct ucred who = {0, (uid_t)-1, (gid_t)-1};
+    socklen_t len = sizeof(who);
     struct dx_subscriber *sub;
+    char why[DX_WIRE_TEXT];
     int r;
 
-    if (s->n_clients >= s->options.max_clients) {
-        refuse_client(s, fd);
+    (void)getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &len);
+    if (!dx_limits_admit(s, &who, why)) {
+        refuse_client(fd, &who, why);
         return;
     }
-    r = dx_subscriber_new(&sub, s, fd);
+    r = dx_subscriber_new(&sub, s, fd, &who);
     if (r < 0) {
         dx_log_warning("server", "a client could not be taken in: %s", strerror(-r));
         return;
@@ -146,6 +155,7 @@ static int on_timer(sd_event_source *source, uint64_t usec, void *server)
         s->tick_due_ns = now + TICK_NS;
         dx_control_resume(s->control);
         dx_server_tick_streams(s, now);
+        dx_metrics_file_tick(s->metrics, s, now);
     }
     return 0;
 }
@@ -199,11 +209,6 @@ static int on_stop(sd_event_source *source, int fd, uint32_t revents, void *serv
 uint64_t dx_server_reload(struct dx_server *s)
 {
     return s->options.reload && !s->exit_due_ns ? s->options.reload(s->options.ctx) : 0;
-}
-
-void dx_server_set_max_clients(struct dx_server *s, uint32_t n)
-{
-    s->options.max_clients = n;
 }
 
 struct sd_event *dx_server_event(struct dx_server *s)
@@ -272,6 +277,8 @@ static int open_all(struct dx_server *s, struct dx_err *err)
     if (r < 0)
         return r;
     r = dx_control_new(&s->control, s, s->options.control_path, err);
+    if (r == 0 && s->options.metrics_file && *s->options.metrics_file)
+        r = dx_metrics_file_new(&s->metrics, s->options.metrics_file, s->options.metrics_s, err);
     if (r < 0)
         return r;
     r = add_sources(s);
@@ -292,8 +299,7 @@ int dx_server_new(struct dx_server **out, const struct dx_server_options *option
         return dx_err_set(err, -ENOMEM, "no memory");
     s->mesh.fd = s->mesh.lock_fd = s->stop_fd = -1;
     s->options = *options;
-    if (!s->options.max_clients)
-        s->options.max_clients = MAX_CLIENTS;
+    dx_server_set_limits(s, &options->limits);
     if (!s->options.hello_ns)
         s->options.hello_ns = HELLO_NS;
     if (!s->options.stall_ns)
@@ -309,6 +315,12 @@ int dx_server_new(struct dx_server **out, const struct dx_server_options *option
     return 0;
 }
 
+void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control)
+{
+    *mesh = dx_listener_is_inherited(&s->mesh);
+    *control = dx_control_is_inherited(s->control);
+}
+
 void dx_server_free(struct dx_server *s)
 {
     if (!s)
@@ -321,6 +333,7 @@ void dx_server_free(struct dx_server *s)
     }
     dx_server_free_streams(s);
     dx_watchdog_free(s->watchdog);
+    dx_metrics_file_free(s->metrics);
     dx_presence_free(s->presence);
     dx_control_free(s->control);
     dx_listener_close(&s->mesh);

@@ -19,18 +19,30 @@ struct dx_server_stream;
 struct dx_stream_reader;
 struct sd_event;
 
+/* Of what clients may take; 0: the default. */
+struct dx_server_limits {
+    uint32_t max_clients;         /* 256 */
+    uint32_t max_clients_per_uid; /* as many as max_clients */
+    uint64_t client_memory;       /* bytes that subscribers hold, in all; 256 MiB */
+    uint32_t max_requests;        /* a second, on the control socket; 100 */
+};
+
 struct dx_server_options {
     const char *mesh_path; /* sockets to make; NULL: none. Inherited ones (sd_listen_fds, named */
     const char *control_path; /* "mesh" and "control") take their place */
-    uint32_t max_clients;     /* 0: 256 */
+    struct dx_server_limits limits;
     uint64_t hello_ns;        /* to say HELLO and SUBSCRIBE; 0: 5 s */
     uint64_t stall_ns;        /* without a byte of progress while data is owed; 0: 10 s */
+    const char *metrics_file; /* metrics_file.h; NULL or "": none */
+    uint32_t metrics_s;
     bool signals; /* SIGTERM and SIGINT end the loop, SIGHUP asks for a reload; they must be blocked
                      in all threads */
     /* Reads the configuration again: starts to, and returns the number of the reload that will have
      * what the file holds now; dx_server_tell_reload says when. 0: there is no file. May be NULL.
      */
     uint64_t (*reload)(void *ctx);
+    /* The configuration in force as YAML, to be freed. NULL: no memory. May be NULL. */
+    char *(*config)(void *ctx);
     void *ctx;
 };
 
@@ -52,6 +64,8 @@ struct dx_server_stream_options {
  * there), -EEXIST (not a socket), other -errno. */
 int dx_server_new(struct dx_server **out, const struct dx_server_options *options,
                   struct dx_err *err);
+/* Which of its sockets it has inherited. */
+void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control);
 void dx_server_free(struct dx_server *s); /* unlinks the sockets that it made */
 
 /* Before dx_server_run. Errors: -EEXIST (a stream of that name), -ENOMEM. */
@@ -80,7 +94,8 @@ struct dx_server_stream *dx_server_put_stream(struct dx_server *s, struct dx_ser
 struct dx_server_stream *dx_server_take_stream(struct dx_server *s, const char *name,
                                                const char *reason);
 
-void dx_server_set_max_clients(struct dx_server *s, uint32_t n); /* for those who come */
+/* For those who come; who is there stays. */
+void dx_server_set_limits(struct dx_server *s, const struct dx_server_limits *limits);
 
 struct sd_event *dx_server_event(struct dx_server *s);
 

@@ -8,6 +8,7 @@
 
 #include "daemon/heartbeat.h"
 #include "daemon/latency.h"
+#include "daemon/log.h"
 #include "daemon/presence.h"
 #include "daemon/server.h"
 #include "daemon/subscriber.h"
@@ -15,6 +16,7 @@
 #define DX_SERVER_ACCEPT_PAUSE_NS 100000000u /* when out of descriptors */
 
 struct dx_control;
+struct dx_metrics_file;
 struct dx_probe;
 struct dx_watchdog;
 
@@ -32,6 +34,7 @@ struct dx_server_stream {
     /* frames a second, over the last second or so */
     uint64_t rate_ns, rate_frames;
     double frames_per_s;
+    uint64_t newest_ns; /* when the data of the newest mesh were read; 0: not known */
 };
 
 struct dx_listener {
@@ -54,7 +57,8 @@ struct dx_server {
     struct dx_probe *probe; /* of the control socket; NULL without one */
     struct dx_presence *presence;
     struct dx_watchdog *watchdog;
-    uint64_t accept_again_ns; /* 0: accepting */
+    struct dx_metrics_file *metrics; /* NULL: none */
+    uint64_t accept_again_ns;        /* 0: accepting */
     uint64_t tick_due_ns;
     uint64_t exit_due_ns; /* 0: not stopping */
     uint64_t started_ns;
@@ -63,6 +67,7 @@ struct dx_server {
     uint32_t next_number; /* of a stream: none is used again, or a client could mix two up */
     struct dx_subscriber *subscribers;
     uint32_t n_clients;
+    uint64_t held_len; /* bytes that subscribers hold: limits.h */
     uint64_t n_connections;
 };
 
@@ -77,9 +82,24 @@ void dx_server_settle_streams(struct dx_server *s);
 void dx_server_tick_streams(struct dx_server *s, uint64_t now_ns);
 void dx_server_free_streams(struct dx_server *s);
 
+/* A line about a subscriber, which names it. */
+#define dx_log_client(level, s, fmt, ...)                                                          \
+    do {                                                                                           \
+        struct dx_log_about was = dx_log_about(dx_subscriber_about(s));                            \
+        dx_log_at(level, "server", "client %llu (pid %d uid %u): " fmt,                            \
+                  (unsigned long long)(s)->number, (int)(s)->cred.pid,                             \
+                  (unsigned)(s)->cred.uid __VA_OPT__(, ) __VA_ARGS__);                             \
+        dx_log_about(was);                                                                         \
+    } while (0)
+
 /* Makes the socket at `path` with mode 0660, or takes the inherited one of that `name`; neither: -1
  * in l->fd. Errors as dx_server_new. */
 int dx_listener_open(struct dx_listener *l, const char *path, const char *name, struct dx_err *err);
 void dx_listener_close(struct dx_listener *l);
+
+static inline bool dx_listener_is_inherited(const struct dx_listener *l)
+{
+    return l->fd >= 0 && !l->made;
+}
 
 #endif

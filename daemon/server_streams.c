@@ -36,6 +36,8 @@ static void count_passage(struct dx_server_stream *st, const struct dx_passage *
 {
     const uint64_t at[] = {p->read_ns, p->delivered_ns, p->taken_ns, p->meshed_ns, p->published_ns};
 
+    if (p->read_ns)
+        st->newest_ns = p->read_ns;
     for (int k = 0; p->read_ns && k < DX_STAGE_SEND; k++)
         if (at[k] <= at[k + 1])
             dx_latency_add(&st->stage[k], at[k + 1] - at[k]);
@@ -54,6 +56,8 @@ static void serve_stream(struct dx_server_stream *st)
             continue;
         if (found & DX_FEED_NEW_STATE)
             s->tell_state = true;
+        if (found & DX_FEED_NEW_EPOCH)
+            dx_subscriber_is_behind(s);
         dx_subscriber_pump(s);
     }
 }

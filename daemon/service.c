@@ -12,6 +12,8 @@
 #include <malloc.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
@@ -24,6 +26,7 @@ struct service {
     struct dx_server *server;
     struct dx_stream_list streams;
     struct dx_reload *reload; /* NULL: there is no file */
+    const struct dx_config *config;
 };
 
 /* The loop takes the three by signalfd, so every thread must have them blocked; a client that goes
@@ -68,16 +71,48 @@ static uint64_t reload(void *service)
     return s->reload ? dx_reload_ask(s->reload) : 0;
 }
 
-static int open_server(struct service *s, const struct dx_config *config, struct dx_err *err)
+static char *config_text(void *service)
+{
+    const struct service *s = service;
+    char *text = NULL;
+    size_t len;
+    FILE *out = open_memstream(&text, &len);
+
+    if (!out)
+        return NULL;
+    dx_config_print_in_force(out, s->config, dx_log_level());
+    if (fclose(out) == 0)
+        return text;
+    free(text);
+    return NULL;
+}
+
+static void note_inherited(const struct service *s, struct dx_config *config)
+{
+    bool mesh, control;
+
+    dx_server_inherits(s->server, &mesh, &control);
+    if (mesh)
+        dx_config_note_inherited(config, "socket");
+    if (control)
+        dx_config_note_inherited(config, "control_socket");
+}
+
+static int open_server(struct service *s, struct dx_config *config, struct dx_err *err)
 {
     struct dx_server_options options = {.mesh_path = config->socket,
                                         .control_path = config->control_socket,
-                                        .max_clients = config->max_clients,
+                                        .limits = dx_service_limits(config),
+                                        .metrics_file = config->metrics_file,
+                                        .metrics_s = config->metrics_s,
                                         .signals = true,
                                         .reload = reload,
+                                        .config = config_text,
                                         .ctx = s};
     int r = dx_server_new(&s->server, &options, err);
 
+    if (r == 0)
+        note_inherited(s, config);
     for (uint32_t k = 0; r == 0 && k < s->streams.n; k++) {
         struct dx_server_stream_options shows = dx_service_shows(s->streams.stream[k]);
 
@@ -150,7 +185,7 @@ static bool take_down(struct service *s)
 
 int dx_service_run(struct dx_config *config, const char *file, int ready_fd, struct dx_err *err)
 {
-    struct service s = {0};
+    struct service s = {.config = config};
     int r;
 
     hold_standard_descriptors();

@@ -57,3 +57,11 @@ struct dx_server_stream_options dx_service_shows(struct dx_stream *s)
                                              .subscribers = dx_stream_subscribers,
                                              .ctx = s};
 }
+
+struct dx_server_limits dx_service_limits(const struct dx_config *c)
+{
+    return (struct dx_server_limits){.max_clients = c->max_clients,
+                                     .max_clients_per_uid = c->max_clients_per_uid,
+                                     .client_memory = (uint64_t)c->client_memory_mib << 20,
+                                     .max_requests = c->max_requests};
+}

@@ -20,4 +20,7 @@ bool dx_stream_list_end(struct dx_stream_list *list, uint64_t due_ns);
 /* What the server must know of it; all of it lives as long as the stream. */
 struct dx_server_stream_options dx_service_shows(struct dx_stream *s);
 
+/* The bounds of a configuration. */
+struct dx_server_limits dx_service_limits(const struct dx_config *c);
+
 #endif

@@ -174,6 +174,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
                                       .lossless = config->lossless,
                                       .max_tiles = MAX_TILES};
     struct dx_stream *s = calloc(1, sizeof(*s));
+    struct dx_log_about was;
     int r;
 
     if (!s || dx_config_stream_copy(&s->config, config) < 0) {
@@ -194,11 +195,13 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
         dx_err_set(err, r, "stream %s: %s", config->name, strerror(-r));
         goto err_stream;
     }
+    was = dx_log_about((struct dx_log_about){.stream = config->name});
     r = open_reader(s, err);
     if (r == 0)
         r = open_rig(s, err);
     if (r == 0)
         r = open_recorder(s, err);
+    dx_log_about(was);
     if (r < 0)
         goto err_stream;
     *out = s;
@@ -230,6 +233,7 @@ static void *reader_main(void *stream)
 {
     struct dx_stream *s = stream;
 
+    dx_log_about((struct dx_log_about){.stream = s->config->name});
     if (s->config->wait)
         dx_clock_sem_wait(&s->start, 0);
     dx_stream_reader_run(s->reader);
@@ -241,6 +245,7 @@ static void *mesher_main(void *stream)
 {
     struct dx_stream *s = stream;
 
+    dx_log_about((struct dx_log_about){.stream = s->config->name});
     dx_mesher_run(s->mesher);
     return NULL;
 }
@@ -249,6 +254,7 @@ static void *recorder_main(void *stream)
 {
     struct dx_stream *s = stream;
 
+    dx_log_about((struct dx_log_about){.stream = s->config->name});
     dx_recorder_run(s->recorder);
     sem_post(&s->recorder_done);
     return NULL;

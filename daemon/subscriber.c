@@ -9,17 +9,24 @@
 #include <unistd.h>
 
 #include "daemon/clock.h"
-#include "daemon/log.h"
+#include "daemon/limits.h"
 
 #define TURN_BUDGET (256u << 10) /* bytes to one subscriber before the others have their turn */
 #define NS_PER_MS   1000000u
 
 static int on_io(sd_event_source *source, int fd, uint32_t revents, void *subscriber);
 
-int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd)
+struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s)
+{
+    return (struct dx_log_about){.stream = s->stream ? s->stream->options.name : NULL,
+                                 .client_pid = s->cred.pid,
+                                 .client_uid = s->cred.uid};
+}
+
+int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd,
+                      const struct ucred *who)
 {
     struct dx_subscriber *s = calloc(1, sizeof(*s));
-    socklen_t len = sizeof(s->cred);
     int r;
 
     if (!s) {
@@ -30,8 +37,7 @@ int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int 
     s->fd = fd;
     s->number = ++server->n_connections;
     s->hello_due_ns = dx_clock_ns() + server->options.hello_ns;
-    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &s->cred, &len) < 0)
-        s->cred = (struct ucred){0, (uid_t)-1, (gid_t)-1};
+    s->cred = *who;
     s->io_events = EPOLLIN;
     r = sd_event_add_io(server->event, &s->io, fd, EPOLLIN, on_io, s);
     if (r < 0) {
@@ -39,8 +45,7 @@ int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int 
         free(s);
         return r;
     }
-    dx_log_debug("server", "client %llu (pid %d uid %u): connected", (unsigned long long)s->number,
-                 (int)s->cred.pid, (unsigned)s->cred.uid);
+    dx_log_client(LOG_DEBUG, s, "connected");
     *out = s;
     return 0;
 }
@@ -73,55 +78,10 @@ void dx_subscriber_free(struct dx_subscriber *s)
         return;
     if (s->phase != DX_SUBSCRIBER_CLOSED)
         disconnect(s);
+    dx_limits_let_go(s);
     free(s->out.own);
     free(s);
 }
-
-/* ERROR, and the end: what the socket does not take at once is not waited for. */
-static void say_error(struct dx_subscriber *s)
-{
-    struct dx_msg_error m = {.code = s->doomed};
-    struct dx_writer w = dx_outbox_begin(&s->out);
-
-    memcpy(m.text, s->doom, sizeof(m.text));
-    dx_msg_error_put(&w, &m);
-    dx_outbox_end(&s->out, &w, DX_MSG_ERROR, DX_WIRE_NO_STREAM, 0, 0);
-    dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
-    disconnect(s);
-}
-
-void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const char *text,
-                        bool linger)
-{
-    if (s->phase >= DX_SUBSCRIBER_CLOSING)
-        return;
-    s->doomed = (uint16_t)code;
-    if (text != s->doom)
-        snprintf(s->doom, sizeof(s->doom), "%s", text);
-    if (code != DX_WIRE_E_SHUTDOWN)
-        dx_log_info("server", "client %llu (pid %d uid %u): disconnected: %s",
-                    (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid, text);
-    leave(s);
-    s->phase = DX_SUBSCRIBER_CLOSING;
-    if (s->tell_welcome) /* HELLO itself was fine */
-        dx_sender_fill(s, dx_clock_ns());
-    if (!dx_outbox_is_empty(&s->out) && s->fd >= 0)
-        dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
-    if (dx_outbox_is_empty(&s->out))
-        say_error(s);
-    else if (!linger)
-        disconnect(s);
-}
-
-static void gone(struct dx_subscriber *s, const char *why)
-{
-    dx_log_debug("server", "client %llu (pid %d uid %u): %s", (unsigned long long)s->number,
-                 (int)s->cred.pid, (unsigned)s->cred.uid, why);
-    disconnect(s);
-}
-
-/* ---- writing
- * ------------------------------------------------------------------------------------- */
 
 /* `more`: the turn ended before what is owed did. The outbox may be empty then (a piece of GEOMETRY
  * went whole), and without EPOLLOUT nothing would wake the loop for the next one. */
@@ -134,6 +94,61 @@ static void watch(struct dx_subscriber *s, bool more)
     s->io_events = events;
     sd_event_source_set_io_events(s->io, events);
 }
+
+/* ERROR, and the end: what the socket does not take at once is waited for where it may linger. */
+static void say_error(struct dx_subscriber *s)
+{
+    struct dx_msg_error m = {.code = s->doomed};
+    struct dx_writer w;
+
+    if (s->said_error) { /* and it has gone */
+        disconnect(s);
+        return;
+    }
+    w = dx_outbox_begin(&s->out);
+    memcpy(m.text, s->doom, sizeof(m.text));
+    dx_msg_error_put(&w, &m);
+    dx_outbox_end(&s->out, &w, DX_MSG_ERROR, DX_WIRE_NO_STREAM, 0, 0);
+    s->said_error = true;
+    s->progress_ns = dx_clock_ns();
+    if (dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s) < 0 || !s->lingers ||
+        dx_outbox_is_empty(&s->out))
+        disconnect(s);
+}
+
+void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const char *text,
+                        bool linger)
+{
+    if (s->phase >= DX_SUBSCRIBER_CLOSING)
+        return;
+    s->doomed = (uint16_t)code;
+    if (text != s->doom)
+        snprintf(s->doom, sizeof(s->doom), "%s", text);
+    if (code != DX_WIRE_E_SHUTDOWN)
+        dx_log_client(LOG_INFO, s, "disconnected: %s", text);
+    leave(s);
+    s->phase = DX_SUBSCRIBER_CLOSING;
+    if (s->tell_welcome) /* HELLO itself was fine */
+        dx_sender_fill(s, dx_clock_ns());
+    if (!dx_outbox_is_empty(&s->out) && s->fd >= 0)
+        dx_outbox_write(&s->out, s->fd, TURN_BUDGET, dx_sender_sent, s);
+    s->lingers = linger;
+    if (dx_outbox_is_empty(&s->out))
+        say_error(s);
+    else if (!linger)
+        disconnect(s);
+    if (s->phase == DX_SUBSCRIBER_CLOSING)
+        watch(s, false);
+}
+
+static void gone(struct dx_subscriber *s, const char *why)
+{
+    dx_log_client(LOG_DEBUG, s, "%s", why);
+    disconnect(s);
+}
+
+/* ---- writing
+ * ------------------------------------------------------------------------------------- */
 
 void dx_subscriber_pump(struct dx_subscriber *s)
 {
@@ -229,9 +244,10 @@ static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
         refuse(s, DX_WIRE_E_PROTOCOL, "not a HELLO");
         return;
     }
-    if (m.major != DX_WIRE_MAJOR || m.minor != DX_WIRE_MINOR) { /* 0.x: no promise between minors */
-        snprintf(text, sizeof(text), "found protocol %u.%u, expected %u.%u", m.major, m.minor,
-                 DX_WIRE_MAJOR, DX_WIRE_MINOR);
+    if (m.major != DX_WIRE_MAJOR) {
+        snprintf(text, sizeof(text),
+                 "found protocol %u.%u, expected %u.x: take a client of that version", m.major,
+                 m.minor, DX_WIRE_MAJOR);
         refuse(s, DX_WIRE_E_VERSION, text);
         return;
     }
@@ -240,6 +256,7 @@ static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
         refuse(s, DX_WIRE_E_ENCODING, "no encoding in common; there are f32, q16 and delta");
         return;
     }
+    s->minor = dx_wire_minor(m.minor);
     s->tell_welcome = true;
     s->phase = DX_SUBSCRIBER_SUBSCRIBE;
 }
@@ -325,12 +342,23 @@ static unsigned form_asked(struct dx_subscriber *s, struct dx_server_stream *st)
     return form;
 }
 
+void dx_subscriber_is_behind(struct dx_subscriber *s)
+{
+    if (!s->behind_ns)
+        s->behind_ns = dx_clock_ns();
+}
+
 static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
 {
     const unsigned form = form_asked(s, st);
+    char why[DX_WIRE_TEXT];
 
     if (form == DX_N_FORMS)
         return;
+    if (!dx_limits_take(s, DX_OUTBOX_OWN + dx_view_len(st->loop), why)) {
+        refuse(s, DX_WIRE_E_LIMIT, why);
+        return;
+    }
     if (join(s, st, form) < 0) {
         refuse(s, DX_WIRE_E_LIMIT, "no memory for another subscriber");
         return;
@@ -338,10 +366,11 @@ static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
     s->stream = st;
     s->tell_subscribed = s->tell_state = true;
     s->phase = DX_SUBSCRIBER_STREAMING;
+    if (st->loop->has_epoch)
+        dx_subscriber_is_behind(s);
     dx_server_count_subscriber(st, 1);
-    dx_log_info("server", "client %llu (pid %d uid %u): subscribed to %s, %s, mode %u",
-                (unsigned long long)s->number, (int)s->cred.pid, (unsigned)s->cred.uid,
-                st->options.name, dx_encoding_name(s->asked.encoding), s->asked.mode);
+    dx_log_client(LOG_INFO, s, "subscribed to %s, %s, mode %u", st->options.name,
+                  dx_encoding_name(s->asked.encoding), s->asked.mode);
 }
 
 static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t len)

@@ -45,6 +45,7 @@ struct dx_subscriber {
     uint8_t in[DX_WIRE_HEADER_LEN + DX_WIRE_MAX_CLIENT_BODY];
     size_t in_len;
 
+    uint16_t minor;     /* of the protocol, as spoken here */
     uint32_t encodings; /* of HELLO that we have */
     struct dx_server_stream *stream;
     struct dx_msg_subscribe asked;
@@ -61,23 +62,33 @@ struct dx_subscriber {
     uint32_t credit;   /* NEXTs without their batch */
     uint64_t batch_ns; /* when the last batch was started */
     struct dx_outbox out;
+    size_t held_len;      /* limits.h */
     uint64_t progress_ns; /* last byte, or when it began to owe */
     uint32_t n_revoked_in_row;
 
+    bool lingers, said_error; /* while it closes */
     uint16_t doomed; /* enum dx_wire_error: to be closed when nobody walks a list it is in */
     char doom[DX_WIRE_TEXT];
 
     /* for status */
     uint64_t n_epochs, n_coalesced, n_resets, n_bytes;
     uint64_t last_seq;
+    uint64_t behind_ns; /* since then, at most, there is a newer mesh than it has; 0: none is */
 };
 
+/* The feed has a mesh that it has not got. */
+void dx_subscriber_is_behind(struct dx_subscriber *s);
+
+/* For the log. */
+struct dx_log_about dx_subscriber_about(const struct dx_subscriber *s);
+
 /* Takes the descriptor, also when it fails. Errors: -ENOMEM, -errno. */
-int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd);
+int dx_subscriber_new(struct dx_subscriber **out, struct dx_server *server, int fd,
+                      const struct ucred *who);
 void dx_subscriber_free(struct dx_subscriber *s);
 
 /* Says why in an ERROR (if it fits) and in the log, and closes. `linger`: first finishes a message
- * that is half written. */
+ * that is half written, and waits for the ERROR to go, as long as something moves. */
 void dx_subscriber_shut(struct dx_subscriber *s, enum dx_wire_error code, const char *text,
                         bool linger);
 

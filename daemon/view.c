@@ -4,16 +4,23 @@
 #include <errno.h>
 #include <string.h>
 
-static size_t n_words(const struct dx_view *v)
+static size_t n_words(const struct dx_feed_loop *l)
 {
-    return (v->loop->feed->max_tiles + 63) / 64;
+    return (l->feed->max_tiles + 63) / 64;
+}
+
+size_t dx_view_len(const struct dx_feed_loop *l)
+{
+    const struct dx_view *v = NULL;
+
+    return n_words(l) * sizeof(*v->dirty) + l->feed->max_tiles * sizeof(*v->entry);
 }
 
 int dx_view_join(struct dx_view *v)
 {
     struct dx_feed_loop *l = v->loop;
 
-    v->dirty = calloc(n_words(v), sizeof(*v->dirty));
+    v->dirty = calloc(n_words(v->loop), sizeof(*v->dirty));
     v->entry = malloc(l->feed->max_tiles * sizeof(*v->entry));
     if (!v->dirty || !v->entry) {
         free(v->dirty);
@@ -95,7 +102,7 @@ static void take_all(struct dx_view *v)
 
 static void take_dirty(struct dx_view *v)
 {
-    for (size_t w = 0; w < n_words(v); w++)
+    for (size_t w = 0; w < n_words(v->loop); w++)
         for (uint64_t bits = v->dirty[w]; bits; bits &= bits - 1)
             take(v, (uint32_t)(w * 64) + (uint32_t)__builtin_ctzll(bits));
 }
@@ -142,7 +149,7 @@ bool dx_view_begin(struct dx_view *v, uint64_t now_ns)
         take_all(v);
     else
         take_dirty(v);
-    memset(v->dirty, 0, n_words(v) * sizeof(*v->dirty));
+    memset(v->dirty, 0, n_words(v->loop) * sizeof(*v->dirty));
     v->snapshot = false;
     v->commit = l->commit;
     v->published_ns = l->passage.published_ns;

@@ -49,6 +49,8 @@ struct dx_view {
 
 /* On a zeroed view with loop, form, region, lossless and dropped filled in. Errors: -ENOMEM. */
 int dx_view_join(struct dx_view *v);
+/* The bytes that this allocates. */
+size_t dx_view_len(const struct dx_feed_loop *l);
 void dx_view_leave(struct dx_view *v, uint64_t now_ns); /* nothing when it has not joined */
 
 /* There is an epoch for it, whole in its form, that it has not had. */

@@ -31,6 +31,11 @@ static const char *const names[DX_N_BEATS] = {
     [DX_BEAT_RECORDER] = "recorder",
 };
 
+const char *dx_watchdog_thread(enum dx_beating thread)
+{
+    return names[thread];
+}
+
 static void tell(const struct dx_watchdog *w, const struct dx_server_stream *st,
                  enum dx_beating thread, uint64_t late_ns)
 {

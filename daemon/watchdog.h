@@ -10,6 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "daemon/heartbeat.h"
+
 struct dx_server;
 struct dx_watchdog;
 
@@ -17,6 +19,9 @@ struct dx_watchdog;
  * same. Errors: -ENOMEM, -errno. */
 int dx_watchdog_new(struct dx_watchdog **out, struct dx_server *server);
 void dx_watchdog_free(struct dx_watchdog *w);
+
+/* What a watched thread is called: "mesher". */
+const char *dx_watchdog_thread(enum dx_beating thread);
 
 /* Looks at all streams, and tells what has changed; false: one of them has a thread that hangs. */
 bool dx_watchdog_look(struct dx_watchdog *w, uint64_t now_ns);

@@ -105,10 +105,11 @@ static bool has_encoder(const struct dx_angle_config *c)
     return dx_gpio_where_given(c->encoder.a) || dx_gpio_where_given(c->encoder.b);
 }
 
-const char *dx_angle_check(const struct dx_angle_config *config)
+const char *dx_angle_check(const struct dx_angle_config *config, const char **key)
 {
     if (has_encoder(config))
-        return dx_encoder_check(&config->encoder);
+        return dx_encoder_check(&config->encoder, key);
+    *key = "stage.rpm";
     return config->rpm > 0 ? NULL : "a stage needs its rpm, or the lines of its encoder";
 }
 

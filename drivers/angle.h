@@ -51,8 +51,8 @@ struct dx_angle_config {
     double swing_deg; /* > 0: from the start so far and back, at even speed; 0: on and on */
 };
 
-/* NULL, or why there is no such source. */
-const char *dx_angle_check(const struct dx_angle_config *config);
+/* NULL, or why there is no such source, and *key is the key at fault ("stage.rpm"). */
+const char *dx_angle_check(const struct dx_angle_config *config, const char **key);
 
 /* -EINVAL, -ENOMEM, or what the encoder gives. */
 int dx_angle_open(struct dx_angle_source **out, const struct dx_angle_config *config,

@@ -7,7 +7,7 @@
  *
  * Sources that end (recordings, scenes) are opened once and decode what they read themselves.
  * Drivers of devices, which have `subsystems`, come and go: for each stay of the device there is an
- * open(), start(), read()..., stop(), close(); all blocks are decoded by one decoder of
+ * open(), connect(), start(), read()..., stop(), close(); all blocks are decoded by one decoder of
  * open_decoder(), which lives as long as the stream, as in a replay. So whatever decode() must know
  * of the device (its constants, its format) is in the blocks, in each of them, and a decoder can
  * begin with any.
@@ -112,6 +112,10 @@ struct dx_driver {
     /* The same for blocks of a recording: touches nothing that `config` names. Of what it opens
      * only decode, adopt, describe and close are called. */
     int (*open_decoder)(struct dx_device **out, const void *config, struct dx_err *err);
+    /* Before start(), of devices that must be waited for, or asked who they are: 0: it is reached.
+     * AGAIN: call again; within a second or so, and at once after wake(). Else as open(), and it is
+     * closed. NULL: open() has done it all. */
+    int (*connect)(struct dx_device *dev, struct dx_err *err);
     int (*start)(struct dx_device *dev, struct dx_err *err);
 
     /* Waits for the next block. 0, or AGAIN, EOF, GONE, or negative: it is to be opened anew. A
@@ -135,7 +139,8 @@ struct dx_driver {
     void (*stop)(struct dx_device *dev);
     void (*close)(struct dx_device *dev); /* NULL is fine */
 
-    /* Makes a read() that waits return AGAIN at once. Any thread; async-signal-unsafe. */
+    /* Makes a read() or connect() that waits return AGAIN at once. Any thread; async-signal-unsafe.
+     */
     void (*wake)(struct dx_device *dev);
 
     /* ---- of drivers of devices; else NULL ---------------------------------------------------- */
@@ -145,7 +150,7 @@ struct dx_driver {
     /* Nanoseconds without a block after which an open device counts as stalled: a few frames. */
     uint64_t (*silence_ns)(const struct dx_device *dev);
     void (*health)(const struct dx_device *dev, struct dx_device_health *out);
-    /* Between open() and start(): the stream's interlock, for the driver to poll (interlock.h); it
+    /* Before start(): the stream's interlock, for the driver to poll (interlock.h); it
      * outlives the device. NULL: the driver has no laser that it can switch. */
     void (*guard)(struct dx_device *dev, const struct dx_interlock *interlock);
     /* Calls `found` for each device attached that the driver would take. Any thread; opens nothing

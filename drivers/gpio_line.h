@@ -27,6 +27,10 @@ enum dx_gpio_edges {
  * (encoder-a). NULL: it can be one; else why not. An empty text is no line. */
 const char *dx_gpio_where_check(const char *where);
 
+/* Do both name one line? Of a line that one names by its chip and the other by its name the kernel
+ * alone would know. */
+bool dx_gpio_where_same(const char *a, const char *b);
+
 /* Is there a line at all? A configuration says "none" where there is not. */
 static inline bool dx_gpio_where_given(const char *where)
 {

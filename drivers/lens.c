@@ -14,6 +14,7 @@
 #define LEGS      4  /* from the middle to the pixel */
 #define MAX_STEPS 20 /* of Newton's in each; six are usual */
 #define CLOSE     1e-13
+#define TESTED    128 /* rows, and columns */
 
 bool dx_lens_is_straight(const struct dx_lens *lens)
 {
@@ -97,6 +98,37 @@ static int next_ray(const struct dx_lens *lens, uint32_t i, uint32_t j, double r
     return dx_lens_ray(lens, i, j, ray);
 }
 
+static int folds(const struct dx_lens *lens, uint32_t i, uint32_t j, struct dx_err *err)
+{
+    return dx_err_set(err, -EINVAL,
+                      "the lens folds the image before pixel (%u, %u): k1 %g, k2 %g, p1 %g, p2 %g, "
+                      "k3 %g",
+                      j, i, lens->k1, lens->k2, lens->p1, lens->p2, lens->k3);
+}
+
+/* From one tested row or column to the next, and to the last. */
+static uint32_t next_tested(uint32_t k, uint32_t n)
+{
+    uint32_t step = n / TESTED + 1;
+
+    return k + step < n || k + 1 == n ? k + step : n - 1;
+}
+
+int dx_lens_check(const struct dx_lens *lens, uint32_t height, uint32_t width, struct dx_err *err)
+{
+    struct dx_lens l = *lens;
+    double ray[2];
+
+    dx_lens_settle(&l, height, width);
+    if (dx_lens_is_straight(&l))
+        return 0;
+    for (uint32_t i = 0; i < height; i = next_tested(i, height))
+        for (uint32_t j = 0; j < width; j = next_tested(j, width))
+            if (dx_lens_ray(&l, i, j, ray))
+                return folds(&l, i, j, err);
+    return 0;
+}
+
 static int fill_table(struct dx_geometry *g, const struct dx_lens *lens, struct dx_err *err)
 {
     float *d = g->table;
@@ -108,10 +140,7 @@ static int fill_table(struct dx_geometry *g, const struct dx_lens *lens, struct 
             double len;
 
             if (next_ray(lens, i, j, ray))
-                return dx_err_set(err, -EINVAL,
-                                  "the lens folds the image before pixel (%u, %u): k1 %g, k2 %g, "
-                                  "p1 %g, p2 %g, k3 %g",
-                                  j, i, lens->k1, lens->k2, lens->p1, lens->p2, lens->k3);
+                return folds(lens, i, j, err);
             len = sqrt(ray[0] * ray[0] + ray[1] * ray[1] + 1);
             d[0] = (float)(ray[0] / len);
             d[1] = (float)(ray[1] / len);

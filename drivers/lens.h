@@ -32,6 +32,10 @@ void dx_lens_distort(const struct dx_lens *lens, const double ray[2], double ben
  * it gets there. */
 int dx_lens_ray(const struct dx_lens *lens, double row, double col, double ray[2]);
 
+/* Whether an image of this size can have the lens, by its edges and a grid of its pixels: 0, or
+ * -EINVAL with text. */
+int dx_lens_check(const struct dx_lens *lens, uint32_t height, uint32_t width, struct dx_err *err);
+
 /*
  * The geometry of an image: a pinhole where the lens is straight, which takes depths as they are;
  * else a table of unit directions, which wants ranges (dx_lens_stretch). Errors: -EINVAL (with

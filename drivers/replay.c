@@ -2,6 +2,7 @@
 #include "drivers/replay.h"
 
 #include "drivers/driver.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -11,14 +12,6 @@
 
 #define NS_PER_S 1000000000u
 #define LOOK_NS  500000000u /* its caller can show that it lives */
-
-uint64_t dx_pace_now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * NS_PER_S + (uint64_t)t.tv_nsec;
-}
 
 int dx_pace_init(struct dx_pace *p, double rate)
 {
@@ -73,7 +66,7 @@ int dx_pace_idle(struct dx_pace *p)
 
 int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)
 {
-    uint64_t now = dx_pace_now(), until, look = now + LOOK_NS;
+    uint64_t now = dx_clock_ns(), until, look = now + LOOK_NS;
     int rc;
 
     if (p->start_ns == 0) {
@@ -85,7 +78,7 @@ int dx_pace_wait(struct dx_pace *p, uint64_t stamp_ns)
         uint64_t next = until < look ? until : look;
 
         rc = wait_ns(p, next > now ? next - now : 0);
-        now = dx_pace_now();
+        now = dx_clock_ns();
     } while (rc == 0 && now < until && now < look);
     return rc == 0 && now < until ? DX_DRIVER_E_AGAIN : rc;
 }

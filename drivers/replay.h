@@ -15,9 +15,6 @@ struct dx_pace {
     int wake_fd; /* eventfd, -1 when not open */
 };
 
-/* CLOCK_MONOTONIC, nanoseconds. */
-uint64_t dx_pace_now(void);
-
 /* Errors: -EINVAL (rate), from eventfd. */
 int dx_pace_init(struct dx_pace *p, double rate);
 void dx_pace_fini(struct dx_pace *p);

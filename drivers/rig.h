@@ -55,8 +55,12 @@ struct dx_rig_config {
 /* Is there a line at all? */
 bool dx_rig_is_wanted(const struct dx_rig_config *config);
 
-/* Is this line one of them? "" is none. */
-bool dx_rig_has_line(const struct dx_rig_config *config, const char *line);
+#define DX_RIG_N_LINES 6
+struct dx_rig_line {
+    const char *key;   /* "interlock.line" */
+    const char *where; /* gpio_line.h */
+};
+void dx_rig_list(const struct dx_rig_config *config, struct dx_rig_line lines[DX_RIG_N_LINES]);
 
 /* NULL: it can be opened. Else what is wrong, and *key is the key at fault ("interlock.bias"). */
 const char *dx_rig_check(const struct dx_rig_config *config, const char **key);

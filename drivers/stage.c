@@ -52,20 +52,25 @@ struct dx_turning_stage {
     bool ended; /* a frame, in this scan */
 };
 
-const char *dx_stage_check(const struct dx_stage_config *c)
+const char *dx_stage_check(const struct dx_stage_config *c, const char **key)
 {
     const char *why;
 
+    *key = "stage.exact";
     if (c->exact && c->mean)
         return "exact points need the last of several values, found their mean";
+    *key = "stage.sweep";
     if (c->sweep == DX_STAGE_SWING && !(c->angle.swing_deg > 0))
         return "sweeps back and forth need a swing";
+    *key = "stage.swing";
     if (c->sweep != DX_STAGE_SWING && c->angle.swing_deg > 0)
         return "a swing needs sweeps back and forth";
+    *key = "stage.columns";
     if (c->columns == 1 || c->columns % 2)
         return "expected an even number of columns, so that half a turn is a whole number";
+    *key = "stage.angles";
     why = dx_stage_grid_check(c->angles_deg);
-    return why ? why : dx_angle_check(&c->angle);
+    return why ? why : dx_angle_check(&c->angle, key);
 }
 
 double dx_stage_stride(const struct dx_stage_config *config, const struct dx_line_shape *shape,
@@ -78,7 +83,7 @@ double dx_stage_stride(const struct dx_stage_config *config, const struct dx_lin
 int dx_stage_new(struct dx_turning_stage **out, const struct dx_stage_config *config,
                  struct dx_err *err)
 {
-    const char *why = dx_stage_check(config);
+    const char *key, *why = dx_stage_check(config, &key);
     struct dx_turning_stage *st;
 
     if (why)

@@ -69,8 +69,8 @@ struct dx_turning_stage;
 double dx_stage_stride(const struct dx_stage_config *config, const struct dx_line_shape *shape,
                        double rad_s, uint32_t *turn);
 
-/* NULL, or why there is no such stage. */
-const char *dx_stage_check(const struct dx_stage_config *config);
+/* NULL, or why there is no such stage, and *key is the key at fault ("stage.angles"). */
+const char *dx_stage_check(const struct dx_stage_config *config, const char **key);
 
 int dx_stage_new(struct dx_turning_stage **out, const struct dx_stage_config *config,
                  struct dx_err *err);

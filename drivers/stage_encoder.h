@@ -21,8 +21,9 @@ struct dx_encoder_config {
     bool reverse;    /* counts up are clockwise from above */
 };
 
-/* NULL: it can be opened; else what is wrong with it. */
-const char *dx_encoder_check(const struct dx_encoder_config *config);
+/* NULL: it can be opened; else what is wrong with it, and *key is the key at fault
+ * ("stage.encoder.a"). */
+const char *dx_encoder_check(const struct dx_encoder_config *config, const char **key);
 
 /* -EINVAL (the check), -ENOENT, -EBUSY, -ENOMEM, or what the chip gives. The configuration is
  * copied but for its texts, which are needed no longer. */

@@ -20,7 +20,7 @@
 
 static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
-    "       dexel bench rules|update|lod|live|paper|quality ...   (each has its --help)\n"
+    "       dexel bench rules|update|lod|live|record|paper|quality ...   (each has its --help)\n"
     "Measures terrain mode on a simulated scan: publish, smooth, codes, f32, q16, delta,\n"
     "copy. smooth: what it would add. rules: the codes with each rule; update: a frame where\n"
     "little has changed; lod: levels of detail; live: a running service at its subscribers;\n"

@@ -7,7 +7,9 @@
 
 int cmd_cat(int argc, char **argv);
 int cmd_status(int argc, char **argv);
+int cmd_metrics(int argc, char **argv);
 int cmd_devices(int argc, char **argv);
+int cmd_doctor(int argc, char **argv);
 int cmd_mesh(int argc, char **argv);
 int cmd_convert(int argc, char **argv);
 int cmd_info(int argc, char **argv);
@@ -17,6 +19,7 @@ int cmd_clients(int argc, char **argv);
 int cmd_log_level(int argc, char **argv);
 int cmd_quit(int argc, char **argv);
 int cmd_record(int argc, char **argv);
+int cmd_config(int argc, char **argv);
 int cmd_reload(int argc, char **argv);
 int cmd_replay(int argc, char **argv);
 int cmd_bench(int argc, char **argv);

@@ -1,19 +1,22 @@
 /*
- * dexel status: what a running dexeld says about its streams and clients, as a table, or as the
- * JSON line that it sent. A field that is missing shows as "-", so that service and tool need not
- * be of one version.
+ * dexel status: what a running dexeld says about its streams and clients, as a table, as a live
+ * screen, or as the JSON line that it sent. A field that is missing shows as "-", so that service
+ * and tool need not be of one version.
  */
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/control_client.h"
+#include "tools/status_member.h"
+#include "tools/status_screen.h"
+#include "tools/terminal.h"
 
 #include <errno.h>
-#include <jansson.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+#define PERIOD_MS 1000
 
 static const char help[] =
     "usage: dexel status [--socket PATH] [--json] [--watch]\n"
@@ -21,27 +24,11 @@ static const char help[] =
     "  --socket PATH  control socket, or a mesh socket with one beside it (PATH.control);\n"
     "                 default $DEXELD_CONTROL, else /run/dexeld/control.sock\n"
     "  --json         the service's own line\n"
-    "  --watch        again every second, until interrupted\n";
+    "  --watch        again every second; on a terminal as a live screen, with rates, which q "
+    "ends\n";
 
 /* ---- cells
  * ---------------------------------------------------------------------------------------- */
-
-/* A number at "key" or "key.member"; NAN where there is none. */
-static double number(const json_t *o, const char *key, const char *member)
-{
-    const json_t *v = json_object_get(o, key);
-
-    if (member)
-        v = json_object_get(v, member);
-    return json_is_number(v) ? json_number_value(v) : (double)NAN;
-}
-
-static const char *text(const json_t *o, const char *key)
-{
-    const char *s = json_string_value(json_object_get(o, key));
-
-    return s && *s ? s : "-";
-}
 
 static void cell_text(FILE *f, int width, const char *s)
 {
@@ -80,26 +67,27 @@ static void cell_count(FILE *f, int width, double v)
 static void put_stream(FILE *f, const json_t *s)
 {
     char size[32] = "-";
-    double width = number(s, "width", NULL), height = number(s, "height", NULL);
-    double drops = number(s, "drops", "mailbox"), corrupt = number(s, "drops", "corrupt");
+    double width = dx_status_number(s, "width", NULL), height = dx_status_number(s, "height", NULL);
+    double drops = dx_status_number(s, "drops", "mailbox"),
+           corrupt = dx_status_number(s, "drops", "corrupt");
 
     if (!isnan(width) && !isnan(height))
         snprintf(size, sizeof(size), "%.0fx%.0f", width, height);
-    cell_text(f, 16, text(s, "name"));
-    cell_text(f, 8, text(s, "state"));
-    cell_text(f, 9, text(s, "geometry"));
+    cell_text(f, 16, dx_status_text(s, "name"));
+    cell_text(f, 8, dx_status_text(s, "state"));
+    cell_text(f, 9, dx_status_text(s, "geometry"));
     cell_text(f, 11, size);
-    cell(f, 6, 1, number(s, "fps", NULL));
-    cell_count(f, 8, number(s, "frames", NULL));
-    cell_count(f, 8, number(s, "epochs", NULL));
-    cell_count(f, 8, number(s, "tiles_sent", NULL));
+    cell(f, 6, 1, dx_status_number(s, "fps", NULL));
+    cell_count(f, 8, dx_status_number(s, "frames", NULL));
+    cell_count(f, 8, dx_status_number(s, "epochs", NULL));
+    cell_count(f, 8, dx_status_number(s, "tiles_sent", NULL));
     cell_count(f, 7, drops);
     cell_count(f, 7, corrupt);
-    cell(f, 6, 1, 100 * number(s, "valid", NULL));
-    cell(f, 8, 1, number(s, "mesh_ns_per_dexel", NULL));
-    cell(f, 7, 2, number(s, "latency_ms", "p50"));
-    cell(f, 7, 2, number(s, "latency_ms", "p99"));
-    fputs(strcmp(text(s, "reason"), "-") == 0 ? "" : text(s, "reason"), f);
+    cell(f, 6, 1, 100 * dx_status_number(s, "valid", NULL));
+    cell(f, 8, 1, dx_status_number(s, "mesh_ns_per_dexel", NULL));
+    cell(f, 7, 2, dx_status_number(s, "latency_ms", "p50"));
+    cell(f, 7, 2, dx_status_number(s, "latency_ms", "p99"));
+    fputs(strcmp(dx_status_text(s, "reason"), "-") == 0 ? "" : dx_status_text(s, "reason"), f);
     fputc('\n', f);
 }
 
@@ -109,14 +97,15 @@ static void put_device(FILE *f, const json_t *s)
                                          "faults", "lost",      "damaged"};
     const json_t *d = json_object_get(s, "device");
 
-    cell_text(f, 16, text(s, "name"));
-    cell_text(f, 9, text(d, "state"));
-    cell(f, 9, 0, number(d, "since_s", NULL));
+    cell_text(f, 16, dx_status_text(s, "name"));
+    cell_text(f, 9, dx_status_text(d, "state"));
+    cell(f, 9, 0, dx_status_number(d, "since_s", NULL));
     for (size_t k = 0; k < sizeof(counts) / sizeof(counts[0]); k++)
-        cell_count(f, 9, number(d, counts[k], NULL));
-    cell_text(f, 16, text(d, "serial"));
-    fprintf(f, "%s%s", text(d, "place"), strcmp(text(d, "trouble"), "-") == 0 ? "" : ": ");
-    fputs(strcmp(text(d, "trouble"), "-") == 0 ? "" : text(d, "trouble"), f);
+        cell_count(f, 9, dx_status_number(d, counts[k], NULL));
+    cell_text(f, 16, dx_status_text(d, "serial"));
+    fprintf(f, "%s%s", dx_status_text(d, "place"),
+            strcmp(dx_status_text(d, "trouble"), "-") == 0 ? "" : ": ");
+    fputs(strcmp(dx_status_text(d, "trouble"), "-") == 0 ? "" : dx_status_text(d, "trouble"), f);
     fputc('\n', f);
 }
 
@@ -141,15 +130,15 @@ static void put_devices(FILE *f, const json_t *streams)
 
 static void put_client(FILE *f, const json_t *c)
 {
-    cell(f, 8, 0, number(c, "pid", NULL));
-    cell(f, 6, 0, number(c, "uid", NULL));
-    cell_text(f, 16, text(c, "stream"));
-    cell_text(f, 8, text(c, "encoding"));
-    cell_text(f, 8, text(c, "mode"));
-    cell_count(f, 8, number(c, "epochs", NULL));
-    cell_count(f, 9, number(c, "coalesced", NULL));
-    cell_count(f, 6, number(c, "resets", NULL));
-    cell_count(f, 10, number(c, "bytes", NULL));
+    cell(f, 8, 0, dx_status_number(c, "pid", NULL));
+    cell(f, 6, 0, dx_status_number(c, "uid", NULL));
+    cell_text(f, 16, dx_status_text(c, "stream"));
+    cell_text(f, 8, dx_status_text(c, "encoding"));
+    cell_text(f, 8, dx_status_text(c, "mode"));
+    cell_count(f, 8, dx_status_number(c, "epochs", NULL));
+    cell_count(f, 9, dx_status_number(c, "coalesced", NULL));
+    cell_count(f, 6, dx_status_number(c, "resets", NULL));
+    cell_count(f, 10, dx_status_number(c, "bytes", NULL));
     fputc('\n', f);
 }
 
@@ -170,8 +159,8 @@ static void put_table(FILE *f, const json_t *reply)
         put_client(f, json_array_get(clients, k));
     if (json_array_size(clients) == 0)
         fputs("       - no clients\n", f);
-    if (!isnan(number(reply, "rss_bytes", NULL)))
-        fprintf(f, "\nmemory %.1f MB\n", number(reply, "rss_bytes", NULL) * 1e-6);
+    if (!isnan(dx_status_number(reply, "rss_bytes", NULL)))
+        fprintf(f, "\nmemory %.1f MB\n", dx_status_number(reply, "rss_bytes", NULL) * 1e-6);
 }
 
 /* ---- asking
@@ -187,41 +176,106 @@ static int put_line(const char *line)
     return printf("%s\n", line) < 0 || fflush(stdout) != 0 ? -EIO : 0;
 }
 
-/* On a terminal a watched table stays in its place. */
-static int put_reply(const char *line, const char *path, bool in_place, struct dx_err *err)
+/* The service's answer, an object; `line` as it came. */
+static int ask(json_t **reply, char **line, const char *path, struct dx_err *err)
 {
+    int rc = dx_control_ask(line, path, "{\"request\":\"status\"}", err);
     json_error_t where;
-    json_t *reply = json_loads(line, 0, &where);
-    const char *refused = json_string_value(json_object_get(reply, "error"));
-    int rc = 0;
+    const char *refused;
 
-    if (!json_is_object(reply))
-        rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected a JSON object", path, line);
+    *reply = NULL;
+    if (rc < 0)
+        return rc;
+    *reply = json_loads(*line, 0, &where);
+    refused = json_string_value(json_object_get(*reply, "error"));
+    if (!json_is_object(*reply))
+        rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected a JSON object", path, *line);
     else if (refused)
         rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, refused);
-    if (rc == 0) {
-        if (in_place)
-            fputs("\033[H\033[2J", stdout);
-        put_table(stdout, reply);
-        rc = fflush(stdout) != 0 ? dx_err_set(err, -EIO, "standard output cannot be written") : 0;
+    if (rc < 0) {
+        json_decref(*reply);
+        free(*line);
+        *reply = NULL;
     }
-    json_decref(reply);
     return rc;
 }
 
 static int show(const struct args *a, const char *path, struct dx_err *err)
 {
+    json_t *reply;
     char *line;
-    int rc = dx_control_ask(&line, path, "{\"request\":\"status\"}", err);
+    int rc = ask(&reply, &line, path, err);
 
     if (rc < 0)
         return rc;
-    if (a->json)
-        rc = put_line(line) < 0 ? dx_err_set(err, -EIO, "standard output cannot be written") : 0;
-    else
-        rc = put_reply(line, path, a->watch && isatty(STDOUT_FILENO), err);
+    if (!a->json)
+        put_table(stdout, reply);
+    if ((a->json ? put_line(line) : fflush(stdout)) != 0)
+        rc = dx_err_set(err, -EIO, "standard output cannot be written");
+    json_decref(reply);
     free(line);
     return rc;
+}
+
+/* A block a second, the blocks apart by an empty line. */
+static int show_again(const struct args *a, const char *path, struct dx_err *err)
+{
+    int rc = show(a, path, err);
+
+    while (rc == 0) {
+        sleep(1);
+        if (!a->json)
+            putchar('\n');
+        rc = show(a, path, err);
+    }
+    return rc;
+}
+
+/* ---- the live screen
+ * ------------------------------------------------------------------------------ */
+
+/* A service that does not answer any more may come again: its last state stays, and why. */
+static void draw(const json_t *now, const json_t *before, const char *trouble)
+{
+    struct dx_status_screen screen = {.colours = dx_terminal_has_colours(), .trouble = trouble};
+
+    dx_terminal_size(&screen.columns, &screen.rows);
+    dx_status_screen_put(stdout, &screen, now, before);
+    fflush(stdout);
+}
+
+/* Until `q` or the end of standard input; a signal ends it as it would any program. */
+static int show_live(const char *path, struct dx_err *err)
+{
+    json_t *now, *before = NULL;
+    char *line;
+    int rc = ask(&now, &line, path, err), key = DX_TERMINAL_NO_KEY;
+
+    if (rc < 0)
+        return rc;
+    free(line);
+    dx_terminal_enter();
+    draw(now, before, NULL);
+    while (key != 'q' && key != 'Q' && key != DX_TERMINAL_END) {
+        json_t *next;
+
+        key = dx_terminal_key(PERIOD_MS);
+        if (key != DX_TERMINAL_NO_KEY)
+            continue;
+        if (ask(&next, &line, path, err) == 0) {
+            free(line);
+            json_decref(before);
+            before = now;
+            now = next;
+            draw(now, before, NULL);
+        } else {
+            draw(now, NULL, err->text);
+        }
+    }
+    dx_terminal_leave();
+    json_decref(now);
+    json_decref(before);
+    return 0;
 }
 
 static int parse(struct args *a, int argc, char **argv)
@@ -262,12 +316,10 @@ int cmd_status(int argc, char **argv)
     if (rc != 0)
         return rc == DX_ARG_E_HELP ? 0 : 2;
     rc = dx_control_path(path, a.socket, &err);
-    while (rc == 0) {
-        rc = show(&a, path, &err);
-        if (rc < 0 || !a.watch)
-            break;
-        sleep(1);
-    }
+    if (rc == 0 && a.watch && !a.json && dx_terminal_is_there())
+        rc = show_live(path, &err);
+    else if (rc == 0)
+        rc = a.watch ? show_again(&a, path, &err) : show(&a, path, &err);
     if (rc < 0)
         fprintf(stderr, "dexel status: %s\n", err.text);
     return rc < 0 ? 1 : 0;

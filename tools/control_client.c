@@ -12,7 +12,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#define MAX_REPLY  (4u << 20)
+#define MAX_REPLY  (16u << 20)
 #define TIMEOUT_MS 5000
 
 static int too_long(struct dx_err *err, const char *path)

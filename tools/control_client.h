@@ -14,7 +14,7 @@
 int dx_control_path(char out[108], const char *given, struct dx_err *err);
 
 /* Sends `request` and a newline, reads one line: malloc'ed, without its newline. Waits five seconds
- * at most. Errors: -errno, -ETIMEDOUT, -EMSGSIZE (a line above 4 MB), -ECONNRESET (no whole line),
+ * at most. Errors: -errno, -ETIMEDOUT, -EMSGSIZE (a line above 16 MB), -ECONNRESET (no whole line),
  * -EPROTO (no JSON object). */
 int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err);
 

@@ -10,7 +10,7 @@
  *     A parameter that is found from the data has a default that says "not given" (0, say): run()
  *     finds it from job->spacing and job->noise, and tells what it took by dx_mesh_job_tell().
  *  2. Declare it below and put it into the table of mesh_modes.c.
- *  3. Describe its options in docs/dexel.1: tests/tree/man.sh looks for each row's name there.
+ *  3. Describe its options in docs/dexel-mesh.1: tests/tree/man.sh looks for each row's name there.
  *
  * One thread calls run(); it may use job->pool, but all functions below are the caller's alone.
  */

@@ -42,7 +42,7 @@ except ImportError:
 __all__ = ["subscribe", "streams", "Subscription", "Stream", "Mesh", "Tile", "Surface", "Error",
            "ProtocolError", "ServerError", "ConnectionLost", "StreamFailed"]
 
-VERSION = (0, 3)
+VERSION = (1, 0)
 ENCODINGS = ("f32", "q16", "delta")
 MODES = ("live", "pull", "lossless")
 MODELS = {1: "spinning", 2: "pinhole", 3: "table"}
@@ -1228,7 +1228,7 @@ class _Session:
         magic, major, minor, _, encodings, max_body, _ = _WELCOME_BODY.unpack_from(message.body)
         if magic != _MAGIC or max_body > _MAX_BODY:
             raise ProtocolError("WELCOME of no dexeld")
-        if (major, minor) != VERSION:
+        if major != VERSION[0] or minor > VERSION[1]:
             raise ProtocolError("the server speaks version %d.%d, this client %d.%d" % (major, minor, *VERSION))
         wish = self._wish
         encoding = ENCODINGS.index(wish.encoding)

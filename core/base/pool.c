@@ -1,4 +1,8 @@
-/* The thread pool: workers sleep on a condition until the generation moves. */
+/*
+ * The thread pool: workers sleep on a condition until a job is open. Its caller works too, closes
+ * it when no task is left, and waits for those alone that have joined: one that has not woken yet
+ * finds it closed. So a job of a few tasks does not take as long as a thread takes to wake.
+ */
 #include "core/base/pool.h"
 
 #include <errno.h>
@@ -16,12 +20,13 @@ struct worker {
 
 struct dx_pool {
     pthread_mutex_t turn; /* held by the caller whose job runs */
-    pthread_mutex_t lock; /* guards generation, n_busy, stop */
+    pthread_mutex_t lock; /* guards generation, is_open, n_busy, stop */
     pthread_cond_t start, done;
-    uint64_t generation;
-    unsigned n_busy; /* workers that have not finished this generation */
+    uint64_t generation; /* counts jobs: a worker joins each once */
+    bool is_open;
+    unsigned n_busy; /* workers that have joined and not finished */
     bool stop;
-    /* The job: written under the lock before the generation moves, read only after. */
+    /* The job: written under the lock while none is open and nobody is busy, read by who joined. */
     void (*fn)(void *, uint32_t, unsigned);
     void *ctx;
     uint32_t n_tasks;
@@ -47,11 +52,12 @@ static void *worker_main(void *arg)
 
     pthread_mutex_lock(&pool->lock);
     for (;;) {
-        while (pool->generation == seen && !pool->stop)
+        while ((pool->generation == seen || !pool->is_open) && !pool->stop)
             pthread_cond_wait(&pool->start, &pool->lock);
         if (pool->stop)
             break;
         seen = pool->generation;
+        pool->n_busy++;
         pthread_mutex_unlock(&pool->lock);
         take_tasks(pool, w->number);
         pthread_mutex_lock(&pool->lock);
@@ -130,14 +136,15 @@ void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks, void (*fn)(void *, uint
     pool->ctx = ctx;
     pool->n_tasks = n_tasks;
     atomic_store_explicit(&pool->next, 0, memory_order_relaxed);
-    pool->n_busy = pool->n_workers;
     pool->generation++;
+    pool->is_open = true;
     pthread_cond_broadcast(&pool->start);
     pthread_mutex_unlock(&pool->lock);
 
     take_tasks(pool, 0);
 
     pthread_mutex_lock(&pool->lock);
+    pool->is_open = false;
     while (pool->n_busy)
         pthread_cond_wait(&pool->done, &pool->lock);
     pthread_mutex_unlock(&pool->lock);

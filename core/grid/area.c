@@ -14,26 +14,52 @@ static bool in_grid(const struct dx_area *a, uint32_t p, uint32_t height)
 static void gather_ranges(struct dx_area *a, const struct dx_plane *plane,
                           const struct dx_runs *runs)
 {
-    const size_t size = plane->range_bytes;
-
     for (uint32_t p = a->first; p < a->end; p++) {
-        uint8_t *out = size == 4 ? (uint8_t *)a->range[p] : (uint8_t *)a->range16[p];
-        const uint8_t *row = plane->range;
+        const uint32_t *row = plane->range;
 
         if (in_grid(a, p, plane->height))
-            dx_runs_gather(out, row + (size_t)dx_area_row(a, p) * plane->width * size, size, runs,
-                           DX_AREA);
+            dx_runs_gather(a->range[p], row + (size_t)dx_area_row(a, p) * plane->width,
+                           sizeof(*row), runs, DX_AREA);
         else
-            memset(out, 0, DX_AREA * size);
-        for (uint32_t q = 0; a->wide && size == 2 && q < DX_AREA; q++)
-            a->range[p][q] = a->range16[p][q];
+            memset(a->range[p], 0, DX_AREA * sizeof(*row));
     }
 }
 
-static void find_valid(struct dx_area *a, const struct dx_rows *rows)
+/* Rows that lie in the array as a whole stay there. */
+static void point_at_ranges(struct dx_area *a, const struct dx_plane *plane,
+                            const struct dx_runs *runs)
 {
-    for (uint32_t p = a->first; p < a->end; p++)
-        a->valid[p] = a->wide ? rows->valid_wide(a->range[p]) : rows->valid(a->range16[p]);
+    const bool together = a->col0 >= 0 && a->col0 + DX_AREA_STRIDE <= plane->width;
+    static const uint16_t missing[DX_AREA_STRIDE];
+
+    for (uint32_t p = 0; p <= DX_AREA; p++)
+        a->range16[p] = missing;
+    for (uint32_t p = a->first; p < a->end; p++) {
+        const uint16_t *row = plane->range;
+
+        if (!in_grid(a, p, plane->height))
+            continue;
+        row += (size_t)dx_area_row(a, p) * plane->width;
+        if (!together)
+            dx_runs_gather(a->copy16[p], row, sizeof(*row), runs, DX_AREA);
+        a->range16[p] = together ? row + a->col0 : a->copy16[p];
+        for (uint32_t q = 0; together && q < DX_AREA; q += 32) /* rows are far from each other */
+            __builtin_prefetch(a->range16[p] + q);
+    }
+}
+
+/* What the rules in force read: rows first to end, and as much beside the tile's columns. */
+static void find_valid(struct dx_area *a, const struct dx_gates *gates)
+{
+    const dx_bits columns = dx_bits_below(DX_MARGIN + a->n_cols + 1 + gates->margin) &
+                            ~dx_bits_below(DX_MARGIN - gates->margin);
+    const struct dx_rows *rows = gates->rows;
+
+    memset(&a->valid, 0, sizeof(a->valid));
+    if (!a->wide)
+        rows->valid_rows(&a->valid, a->range16, (struct dx_row_run){a->first, a->end}, columns);
+    for (uint32_t p = a->first; a->wide && p < a->end; p++)
+        dx_words_put(&a->valid, p, rows->valid_wide(a->range[p]) & columns);
 }
 
 static void gather_constants(struct dx_area *a, const struct dx_gates *gates,
@@ -65,8 +91,13 @@ void dx_area_gather(struct dx_area *a, const struct dx_plane *plane, const struc
     a->end = DX_MARGIN + a->n_rows + 1 + gates->margin;
     a->wide = gates->wide;
     dx_runs_find(&runs, a->col0, DX_AREA, g->wrap, g->width);
-    gather_ranges(a, plane, &runs);
-    find_valid(a, gates->rows);
+    if (plane->range_bytes == 2)
+        point_at_ranges(a, plane, &runs);
+    else
+        gather_ranges(a, plane, &runs);
+    if (a->wide && plane->range_bytes == 2)
+        dx_area_widen(a);
+    find_valid(a, gates);
     if (gates->per_dexel)
         gather_constants(a, gates, g, &runs);
     if (gates->cap)

@@ -22,8 +22,10 @@ struct dx_area {
     uint32_t first, end;     /* area rows that the rules in force read */
     bool wide;               /* as the gates: which of the two kinds of ranges is filled */
 
-    /* narrow: 16-bit ranges */
-    uint16_t range16[DX_AREA + 1][DX_AREA_STRIDE];     /* and room for a row below the last */
+    /* narrow: 16-bit ranges, where they are published if they lie together there, or copied; and
+     * what is beside them: it has no edges (valid) */
+    const uint16_t *range16[DX_AREA + 1]; /* and a row below the last */
+    uint16_t copy16[DX_AREA + 1][DX_AREA_STRIDE];
     uint16_t c16[DX_N_EDGES][DX_AREA][DX_AREA_STRIDE]; /* uneven grids only */
 
     /* wide: 32-bit ranges */
@@ -35,10 +37,10 @@ struct dx_area {
     struct dx_row_points point[DX_AREA];
     float sum[DX_AREA];
 
-    dx_bits valid[DX_AREA];
-    dx_bits joined[DX_N_EDGES][DX_AREA]; /* edges.h; those of row p's cells */
-    dx_bits alive[DX_AREA];              /* mixed.h: valid and no mixed pixel */
-    dx_bits edge[DX_N_EDGES][DX_AREA];   /* joined, and both ends alive: what cells are made of */
+    struct dx_row_words valid;              /* within what the rules in force read */
+    struct dx_row_words joined[DX_N_EDGES]; /* edges.h; those of row p's cells */
+    struct dx_row_words alive;              /* mixed.h: valid and no mixed pixel */
+    struct dx_row_words edge[DX_N_EDGES]; /* joined, and both ends alive: cells are made of them */
 };
 
 /* Fills all but joined, alive and edge for tile (row, col). */
@@ -51,10 +53,10 @@ static inline uint32_t dx_area_range(const struct dx_area *a, uint32_t p, uint32
     return a->wide ? a->range[p][q] : a->range16[p][q];
 }
 
-/* Fills the 32-bit ranges of a narrow area too, for who wants them. */
+/* Fills the 32-bit ranges from 16-bit ones, for who wants them. */
 static inline void dx_area_widen(struct dx_area *a)
 {
-    for (uint32_t p = a->first; !a->wide && p < a->end; p++)
+    for (uint32_t p = a->first; p < a->end; p++)
         for (uint32_t q = 0; q < DX_AREA_STRIDE; q++)
             a->range[p][q] = a->range16[p][q];
 }
@@ -122,7 +124,7 @@ static inline uint64_t dx_area_own(dx_bits row)
 /* A final edge; (p,q) names the cell. */
 static inline bool dx_area_edge(const struct dx_area *a, enum dx_edge e, uint32_t p, uint32_t q)
 {
-    return dx_bits_at(a->edge[e][p], q);
+    return dx_bits_at(dx_words_at(&a->edge[e], p), q);
 }
 
 #endif

@@ -132,7 +132,7 @@ void dx_cap_row(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e,
     const struct limit limit =
         limit_of(gates, (double)a->sum[p + end.p0] + (double)a->sum[p + end.p1]);
     const struct dx_row_joined row = gates->rows->cap(&span, limit.cap2, limit.margin);
-    const dx_bits asked = a->joined[e][p];
+    const dx_bits asked = dx_words_at(&a->joined[e], p);
     dx_bits joined = asked & row.joined & ~row.unsure;
 
     for (dx_bits unsure = asked & row.unsure; unsure; unsure &= unsure - 1) {
@@ -140,7 +140,7 @@ void dx_cap_row(struct dx_area *a, const struct dx_gates *gates, enum dx_edge e,
 
         joined |= (dx_bits)is_within(a, gates, p + end.p0, q + end.q0, p + end.p1, q + end.q1) << q;
     }
-    a->joined[e][p] = joined;
+    dx_words_put(&a->joined[e], p, joined);
 }
 
 bool dx_area_within_cap(const struct dx_area *a, const struct dx_gates *gates, uint32_t p0,

@@ -8,9 +8,18 @@
 
 #include "core/grid/diagonal.h"
 
-/* Cell codes (enum dx_cell, row stride DX_TILE_CELLS) of the tile in the middle of the area. */
-void dx_cells_code(uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS], struct dx_diagonal *diagonal,
-                   const struct dx_area *a, const struct dx_gates *gates,
-                   const struct dx_geometry *g, const struct dx_tiling *tiling);
+/* Scratch, and what comes out: the three bits of the codes (enum dx_cell) of the tile in the middle
+ * of the area, by rows. */
+struct dx_cells {
+    struct dx_diagonal diagonal;
+    uint64_t bit[3][DX_TILE_CELLS];
+};
+
+void dx_cells_decide(struct dx_cells *cells, const struct dx_area *a, const struct dx_gates *gates,
+                     const struct dx_geometry *g, const struct dx_tiling *tiling);
+
+/* The codes, row stride DX_TILE_CELLS. */
+void dx_cells_code(uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS], const struct dx_cells *cells,
+                   const struct dx_rows *rows);
 
 #endif

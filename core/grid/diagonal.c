@@ -69,17 +69,19 @@ static bool prefer_corners(const struct dx_area *a, const struct dx_gates *gates
 /* Whether a cell is joined to the four samples beyond its corners. */
 static bool has_outer(const struct dx_area *a, uint32_t p, uint32_t q)
 {
-    return dx_bits_at(a->joined[DX_EDGE_AC][p - 1], q - 1) &&
-           dx_bits_at(a->joined[DX_EDGE_AC][p + 1], q + 1) &&
-           dx_bits_at(a->joined[DX_EDGE_BD][p - 1], q + 1) &&
-           dx_bits_at(a->joined[DX_EDGE_BD][p + 1], q - 1);
+    return dx_bits_at(dx_words_at(&a->joined[DX_EDGE_AC], p - 1), q - 1) &&
+           dx_bits_at(dx_words_at(&a->joined[DX_EDGE_AC], p + 1), q + 1) &&
+           dx_bits_at(dx_words_at(&a->joined[DX_EDGE_BD], p - 1), q + 1) &&
+           dx_bits_at(dx_words_at(&a->joined[DX_EDGE_BD], p + 1), q - 1);
 }
 
 /* The same of a row of cells. */
 static uint64_t find_outer(const struct dx_area *a, uint32_t p)
 {
-    const dx_bits ac = a->joined[DX_EDGE_AC][p - 1] << 1 & a->joined[DX_EDGE_AC][p + 1] >> 1;
-    const dx_bits bd = a->joined[DX_EDGE_BD][p - 1] >> 1 & a->joined[DX_EDGE_BD][p + 1] << 1;
+    const dx_bits ac = dx_words_at(&a->joined[DX_EDGE_AC], p - 1) << 1 &
+                       dx_words_at(&a->joined[DX_EDGE_AC], p + 1) >> 1;
+    const dx_bits bd = dx_words_at(&a->joined[DX_EDGE_BD], p - 1) >> 1 &
+                       dx_words_at(&a->joined[DX_EDGE_BD], p + 1) << 1;
 
     return dx_area_own(ac & bd);
 }
@@ -118,9 +120,10 @@ static const struct dx_row_bends *loops(const struct dx_area *a, const struct dx
     return a->wide ? &gates->rows->wide : &gates->rows->narrow;
 }
 
-static void *inverse_at(struct dx_diagonal *d, const struct dx_area *a, uint32_t p, uint32_t q)
+/* From one column before the first cell on. */
+static void *inverse_of(struct dx_diagonal *d, const struct dx_area *a, uint32_t p)
 {
-    return a->wide ? (void *)(d->inverse.wide[p & 7] + q) : (void *)(d->inverse.narrow[p & 7] + q);
+    return a->wide ? (void *)d->inverse.wide[p & 7] : (void *)d->inverse.narrow[p & 7];
 }
 
 static const void *range_at(const struct dx_area *a, uint32_t p, uint32_t q)
@@ -131,7 +134,7 @@ static const void *range_at(const struct dx_area *a, uint32_t p, uint32_t q)
 static void invert_row(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
                        uint32_t p)
 {
-    loops(a, gates)->inverse(inverse_at(d, a, p, 0), range_at(a, p, 0));
+    loops(a, gates)->inverse(inverse_of(d, a, p), range_at(a, p, DX_MARGIN - 1));
 }
 
 static double weight(uint32_t w)
@@ -152,31 +155,22 @@ static struct dx_row_weights weights_of(struct dx_line ac, struct dx_line bd)
     return w;
 }
 
-/* Of the dexels of row p, from the inverse ranges of the rows around it. */
-static void residual_row(struct dx_diagonal *d, const struct dx_area *a,
-                         const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+/* Of the lines through the corners in row p: of all of them, or of the row. */
+static struct dx_row_weights *weigh_row(struct dx_diagonal *d, const struct dx_area *a,
+                                        const struct dx_gates *gates, const struct dx_geometry *g,
+                                        uint32_t p)
 {
-    const void *const inverse[3] = {inverse_at(d, a, p - 1, DX_MARGIN - 1),
-                                    inverse_at(d, a, p, DX_MARGIN - 1),
-                                    inverse_at(d, a, p + 1, DX_MARGIN - 1)};
-    struct dx_row_residuals *out = &d->line[p & 3];
-    const uint32_t row = dx_area_row(a, p);
+    struct dx_row_weights *out = d->weights[p & 1];
+    const uint32_t row = dx_area_row(a, p), n = gates->per_dexel ? a->n_cols + 1 : 1;
 
-    if (!has_lines(a, g, p))
-        return;
-    if (gates->per_dexel) {
-        for (uint32_t j = 0; j <= a->n_cols; j++) {
-            size_t at = (size_t)row * g->width + dx_area_col(a, DX_MARGIN + j, g->width);
+    for (uint32_t j = 0; j < n; j++) {
+        const size_t at = gates->per_dexel
+                              ? (size_t)row * g->width + dx_area_col(a, DX_MARGIN + j, g->width)
+                              : row;
 
-            d->weights[j] = weights_of(gates->line[DX_EDGE_AC][at], gates->line[DX_EDGE_BD][at]);
-        }
-        loops(a, gates)->residuals_each(out, inverse, d->weights);
-    } else {
-        const struct dx_row_weights w =
-            weights_of(gates->line[DX_EDGE_AC][row], gates->line[DX_EDGE_BD][row]);
-
-        loops(a, gates)->residuals(out, inverse, &w);
+        out[j] = weights_of(gates->line[DX_EDGE_AC][at], gates->line[DX_EDGE_BD][at]);
     }
+    return out;
 }
 
 static struct dx_row_preference bend_row(struct dx_diagonal *d, const struct dx_area *a,
@@ -184,14 +178,17 @@ static struct dx_row_preference bend_row(struct dx_diagonal *d, const struct dx_
                                          uint32_t p)
 {
     const bool lines = has_lines(a, g, p) && has_lines(a, g, p + 1);
-    const struct dx_row_bend row = {.top = &d->line[p & 3],
-                                    .bottom = &d->line[(p + 1) & 3],
-                                    .inverse = inverse_at(d, a, p, DX_MARGIN),
+    const struct dx_row_bend row = {.inverse = {inverse_of(d, a, p - 1), inverse_of(d, a, p),
+                                                inverse_of(d, a, p + 1), inverse_of(d, a, p + 2)},
                                     .range = range_at(a, p, DX_MARGIN),
                                     .range_below = range_at(a, p + 1, DX_MARGIN),
+                                    .top = d->weights[p & 1],
+                                    .bottom = weigh_row(d, a, gates, g, p + 1),
                                     .outer = lines ? find_outer(a, p) : 0};
+    const struct dx_row_bends *rows = loops(a, gates);
 
-    return loops(a, gates)->bend(&row, &gates->row_sigma);
+    return gates->per_dexel ? rows->bend_each(&row, &gates->row_sigma)
+                            : rows->bend(&row, &gates->row_sigma);
 }
 
 void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const struct dx_gates *gates,
@@ -199,10 +196,9 @@ void dx_diagonal_begin(struct dx_diagonal *d, const struct dx_area *a, const str
 {
     if (gates->diag != DX_DIAG_BEND)
         return;
-    for (uint32_t p = DX_MARGIN - 1; p <= DX_MARGIN + 3; p++)
+    for (uint32_t p = DX_MARGIN - 1; p <= DX_MARGIN + 2; p++)
         invert_row(d, a, gates, p);
-    residual_row(d, a, gates, g, DX_MARGIN);
-    residual_row(d, a, gates, g, DX_MARGIN + 1);
+    weigh_row(d, a, gates, g, DX_MARGIN);
 }
 
 struct dx_row_preference dx_diagonal_row(struct dx_diagonal *d, const struct dx_area *a,
@@ -211,7 +207,6 @@ struct dx_row_preference dx_diagonal_row(struct dx_diagonal *d, const struct dx_
 {
     if (gates->diag != DX_DIAG_BEND)
         return (struct dx_row_preference){0, gates->diag != DX_DIAG_FIXED ? UINT64_MAX : 0};
-    invert_row(d, a, gates, p + 4);
-    residual_row(d, a, gates, g, p + 2);
+    invert_row(d, a, gates, p + 3);
     return bend_row(d, a, gates, g, p);
 }

@@ -9,16 +9,15 @@
 
 #include "core/grid/area.h"
 
-/* Scratch that carries from a row of cells to the next: inverse ranges by area row & 7, residuals
- * by area row & 3. Both are made a row before they are read: a load across two stores waits until
- * they are done. */
+/* Scratch that carries from a row of cells to the next: inverse ranges by area row & 7, weights by
+ * area row & 1. Inverse ranges are made a row before they are read: a load across two stores waits
+ * until they are done. */
 struct dx_diagonal {
     union { /* near 2^40 / range */
-        float narrow[8][DX_AREA_STRIDE];
-        double wide[8][DX_AREA_STRIDE];
+        float narrow[8][DX_ROWS_CORNERS];
+        double wide[8][DX_ROWS_CORNERS];
     } inverse;
-    struct dx_row_residuals line[4];
-    struct dx_row_weights weights[DX_ROWS_CORNERS]; /* uneven grids only */
+    struct dx_row_weights weights[2][DX_ROWS_CORNERS + 1]; /* on even grids the first alone */
 };
 
 /* Before the first row. */

@@ -6,34 +6,23 @@
 
 #include <string.h>
 
-/* Noise terms of the row of a cell's upper corners and of the one below, by area row & 1. */
-struct noise {
-    uint16_t row[2][DX_AREA_STRIDE];
-};
-
-static void fill_noise(struct noise *n, const struct dx_area *a, const struct dx_gates *gates,
-                       uint32_t p)
+static void join_narrow(struct dx_area *a, const struct dx_gates *gates, struct dx_row_run run)
 {
-    if (gates->first_order && !gates->wide)
-        gates->rows->noise(n->row[p & 1], a->range16[p], (uint16_t)gates->t0, (uint16_t)gates->n2);
-}
+    const uint16_t *each[DX_AREA][DX_N_EDGES];
+    uint16_t c[DX_AREA][DX_N_EDGES];
+    const struct dx_row_first_order rows = {.run = run,
+                                            .range = a->range16,
+                                            .t0 = (uint16_t)gates->t0,
+                                            .n2 = (uint16_t)gates->n2,
+                                            .c = c,
+                                            .each = gates->per_dexel ? each : NULL};
 
-static void join_narrow(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
-                        const struct dx_gates *gates, uint32_t p)
-{
-    const struct dx_row_pair rows = {a->range16[p], a->range16[p + 1], n->row[p & 1],
-                                     n->row[~p & 1]};
-    const uint16_t *each[DX_N_EDGES];
-    uint16_t c[DX_N_EDGES];
-
-    for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-        each[e] = a->c16[e][p];
-        c[e] = gates->per_dexel ? 0 : (uint16_t)gates->c[e][dx_area_row(a, p)];
-    }
-    if (gates->per_dexel)
-        gates->rows->join_each(joined, &rows, each);
-    else
-        gates->rows->join(joined, &rows, c);
+    for (uint32_t p = run.first; p < run.end; p++)
+        for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
+            each[p][e] = a->c16[e][p];
+            c[p][e] = gates->per_dexel ? 0 : (uint16_t)gates->c[e][dx_area_row(a, p)];
+        }
+    gates->rows->join(a->joined, &rows);
 }
 
 /* Where the loop is not sure of a pair that is there: the integers. */
@@ -53,15 +42,17 @@ static dx_bits settle_wide(const struct dx_area *a, dx_bits unsure, const struct
     return joined;
 }
 
-static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
-                      const dx_bits there[DX_N_EDGES], const struct dx_gates *gates, uint32_t p)
+static void join_wide_row(struct dx_area *a, const struct dx_gates *gates, uint32_t p)
 {
+    const dx_bits here = dx_words_at(&a->valid, p), below = dx_words_at(&a->valid, p + 1);
     const struct dx_row_wide_pair rows = {a->range[p], a->range[p + 1], gates->t0,
                                           (double)gates->n2};
     struct dx_row_joined row[DX_N_EDGES];
     const uint32_t *each[DX_N_EDGES];
     uint32_t c[DX_N_EDGES];
+    dx_bits there[DX_N_EDGES];
 
+    dx_edges_both(there, here, below);
     for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
         each[e] = a->c[e][p];
         c[e] = gates->per_dexel ? 0 : gates->c[e][dx_area_row(a, p)];
@@ -71,47 +62,52 @@ static void join_wide(dx_bits joined[DX_N_EDGES], const struct dx_area *a,
     else
         gates->rows->join_wide(row, &rows, c);
     for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
-        joined[e] = row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p);
+        dx_words_put(&a->joined[e], p,
+                     row[e].joined | settle_wide(a, there[e] & row[e].unsure, gates, e, p));
 }
 
-/* A row of edges, by their kinds: bit q is that of cell (p, q). In the paper's mode whatever is
- * there is joined. */
-static void join_row(dx_bits joined[DX_N_EDGES], const struct dx_area *a, const struct noise *n,
-                     const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+/* What the first order says of the edges of the rows that are in the grid, by their kinds: bit q is
+ * that of cell (p, q). Where an end is missing, it may say either. */
+static void join_first_order(struct dx_area *a, const struct dx_gates *gates,
+                             const struct dx_geometry *g)
 {
-    dx_bits there[DX_N_EDGES];
+    struct dx_row_run run = {a->first, a->end};
 
-    dx_edges_both(there, a->valid[p], p + 1 < a->end ? a->valid[p + 1] : 0);
-    memcpy(joined, there, sizeof(there));
-    if (!gates->first_order)
-        return;
-    if (gates->wide)
-        join_wide(joined, a, there, gates, p);
-    else
-        join_narrow(joined, a, n, gates, p);
+    run.first = a->row0 + run.first < 0 ? (uint32_t)-a->row0 : run.first;
+    run.end = a->row0 + run.end > g->height ? (uint32_t)(g->height - a->row0) : run.end;
+    if (!gates->wide)
+        join_narrow(a, gates, run);
+    for (uint32_t p = run.first; gates->wide && p < run.end; p++)
+        join_wide_row(a, gates, p);
+}
+
+static void rescue_row(struct dx_area *a, const struct dx_row_words failed[DX_N_EDGES],
+                       const struct dx_gates *gates, const struct dx_geometry *g, uint32_t p)
+{
     for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-        joined[e] &= there[e];
-        if (joined[e] != there[e] && gates->rescue)
-            joined[e] |= dx_rescue_row(a, there[e] & ~joined[e], gates, g, e, p);
+        const dx_bits row = dx_words_at(&failed[e], p);
+
+        if (row)
+            dx_words_put(&a->joined[e], p,
+                         dx_words_at(&a->joined[e], p) | dx_rescue_row(a, row, gates, g, e, p));
     }
 }
 
 void dx_edges_join(struct dx_area *a, const struct dx_gates *gates, const struct dx_geometry *g)
 {
-    struct noise noise = {0};
+    struct dx_row_words failed[DX_N_EDGES];
+    uint64_t some_failed[DX_WORDS_ROWS];
 
-    fill_noise(&noise, a, gates, a->first);
-    for (uint32_t p = a->first; p < a->end; p++) {
-        dx_bits joined[DX_N_EDGES] = {0};
-
-        if (p + 1 < a->end) /* the last row that is read has none below it */
-            fill_noise(&noise, a, gates, p + 1);
-        if (a->row0 + p >= 0 && a->row0 + p < g->height)
-            join_row(joined, a, &noise, gates, g, p);
-        for (enum dx_edge e = 0; e < DX_N_EDGES; e++) {
-            a->joined[e][p] = joined[e];
-            if (gates->cap && joined[e])
+    if (gates->first_order)
+        join_first_order(a, gates, g);
+    else /* in the paper's mode whatever is there is joined */
+        memset(a->joined, 0xff, sizeof(a->joined));
+    gates->rows->rules.join_there(a->joined, failed, some_failed, &a->valid);
+    for (uint32_t p = a->first; gates->rescue && p < a->end; p++)
+        if (some_failed[p])
+            rescue_row(a, failed, gates, g, p);
+    for (uint32_t p = a->first; gates->cap && p < a->end; p++)
+        for (enum dx_edge e = 0; e < DX_N_EDGES; e++)
+            if (dx_words_at(&a->joined[e], p))
                 dx_cap_row(a, gates, e, p);
-        }
-    }
 }

@@ -53,29 +53,49 @@ static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
 
 /* ---- frames as they are --------------------------------------------------------------------- */
 
-/* Copies `n` bytes of a row segment; whether they differed. */
-static bool replace(void *to, const void *from, size_t n)
+/* Widens `moved` by those of columns [col, end) that differ, of `size` bytes each; some do. */
+static void widen(struct dx_rect *moved, const uint8_t *x, const uint8_t *y, size_t size,
+                  uint32_t col, uint32_t end)
 {
-    if (memcmp(to, from, n) == 0)
+    uint32_t last = end - 1;
+
+    while (col < moved->col0 && memcmp(x + col * size, y + col * size, size) == 0)
+        col++;
+    while (last > moved->col1 && memcmp(x + last * size, y + last * size, size) == 0)
+        last--;
+    moved->col0 = col < moved->col0 ? col : moved->col0;
+    moved->col1 = last > moved->col1 ? last : moved->col1;
+}
+
+/* Copies such columns; whether they differed. */
+static inline bool replace(struct dx_rect *moved, uint8_t *to, const uint8_t *from, size_t size,
+                           uint32_t col, uint32_t end)
+{
+    const size_t at = col * size, n = (end - col) * size;
+
+    if (memcmp(to + at, from + at, n) == 0)
         return false;
-    memcpy(to, from, n);
+    if (col < moved->col0 || end - 1 > moved->col1) /* else it is as wide */
+        widen(moved, to, from, size, col, end);
+    memcpy(to + at, from + at, n);
     return true;
 }
 
-/* `n` dexels from `at` on; whether any of them differed. */
-static bool publish_segment(const struct dx_terrain *t, const struct dx_plane *frame, size_t at,
-                            size_t n)
+/* Columns [col, end) of a row; whether any of them differed. */
+static bool publish_segment(const struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
+                            uint32_t col, uint32_t end, struct dx_rect *moved)
 {
-    size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes;
-    bool differs = replace((uint8_t *)t->sampled->range + at * rb,
-                           (const uint8_t *)frame->range + at * rb, n * rb);
+    const size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes, pb = 3 * sizeof(float);
+    const size_t at = (size_t)row * frame->width;
+    bool differs = replace(moved, (uint8_t *)t->sampled->range + at * rb,
+                           (const uint8_t *)frame->range + at * rb, rb, col, end);
 
     if (ab)
-        differs |= replace((uint8_t *)t->sampled->attr + at * ab,
-                           (const uint8_t *)frame->attr + at * ab, n * ab);
+        differs |= replace(moved, (uint8_t *)t->sampled->attr + at * ab,
+                           (const uint8_t *)frame->attr + at * ab, ab, col, end);
     if (t->sampled->xyz)
-        differs |=
-            replace(t->sampled->xyz + 3 * at, frame->xyz + 3 * at, 3 * n * sizeof(*frame->xyz));
+        differs |= replace(moved, (uint8_t *)(t->sampled->xyz + 3 * at),
+                           (const uint8_t *)(frame->xyz + 3 * at), pb, col, end);
     return differs;
 }
 
@@ -91,22 +111,20 @@ static bool is_same(const struct dx_terrain *t, const struct dx_plane *frame, si
                                        3 * n * sizeof(*frame->xyz)) == 0);
 }
 
-/* Row `row` by tiles, whose rectangles of what has changed grow by it. */
+/* Row `row` by tiles, whose rectangles of what has changed grow by it: no wider than that, so that
+ * a tile's neighbours are computed anew only where the change comes near them. */
 static void publish_tiles(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
                           uint32_t col0, uint32_t n_cols)
 {
-    for (uint32_t j = col0; j < col0 + n_cols;) {
+    for (uint32_t j = col0, end; j < col0 + n_cols; j = end) {
         struct dx_rect *moved = &t->moved[j / DX_TILE_CELLS];
-        uint32_t end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
 
+        end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
         end = end < col0 + n_cols ? end : col0 + n_cols;
-        if (publish_segment(t, frame, (size_t)row * frame->width + j, end - j)) {
+        if (publish_segment(t, frame, row, j, end, moved)) {
             moved->row0 = moved->row0 < row ? moved->row0 : row;
             moved->row1 = row;
-            moved->col0 = j;
-            moved->col1 = end - 1;
         }
-        j = end;
     }
 }
 
@@ -122,7 +140,7 @@ static void publish_frame(struct dx_terrain *t, const struct dx_plane *frame, ui
         const uint32_t end = (row / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
 
         for (uint32_t k = first; k < beyond; k++)
-            t->moved[k] = (struct dx_rect){.row0 = UINT32_MAX};
+            t->moved[k] = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
         for (; row < frame->height && row < end; row++)
             if (!is_same(t, frame, (size_t)row * frame->width + col0, n_cols))
                 publish_tiles(t, frame, row, col0, n_cols);

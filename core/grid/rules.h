@@ -15,7 +15,7 @@
 /* One per thread, zeroed when it is made. */
 struct dx_rules_scratch {
     struct dx_area area;
-    struct dx_diagonal diagonal;
+    struct dx_cells cells;
     struct dx_spans spans;
 };
 
@@ -24,6 +24,7 @@ struct dx_outcome {
     uint32_t row, col; /* of the tile */
     uint8_t *code;     /* DX_TILE_CELLS^2 */
     uint8_t *strut;    /* DX_BLOCK_DEXELS */
+    bool *has_struts;  /* whether any of those is not 0: before, and after */
 };
 
 /* Fills the codes and struts of `out`, whose row and col say which tile it is. */

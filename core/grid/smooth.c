@@ -126,16 +126,17 @@ static void gather_directions(struct dx_smooth_scratch *x, const struct dx_geome
  * of the area have none: no part reaches them. */
 static void find_paths(struct dx_smooth_scratch *x, uint32_t p)
 {
-    const dx_bits h = x->area.joined[DX_EDGE_H][p], *v = x->area.joined[DX_EDGE_V];
+    const dx_bits h = dx_words_at(&x->area.joined[DX_EDGE_H], p);
+    const struct dx_row_words *v = &x->area.joined[DX_EDGE_V];
 
     x->along[REACH + 1] = h;
     x->along[REACH + 2] = h & h >> 1;
     x->along[REACH - 1] = h << 1;
     x->along[REACH - 2] = (h & h >> 1) << 2;
-    x->down[REACH + 1] = v[p];
-    x->down[REACH + 2] = v[p] & v[p + 1];
-    x->down[REACH - 1] = v[p - 1];
-    x->down[REACH - 2] = v[p - 1] & v[p - 2];
+    x->down[REACH + 1] = dx_words_at(v, p);
+    x->down[REACH + 2] = dx_words_at(v, p) & dx_words_at(v, p + 1);
+    x->down[REACH - 1] = dx_words_at(v, p - 1);
+    x->down[REACH - 2] = dx_words_at(v, p - 1) & dx_words_at(v, p - 2);
 }
 
 static dx_bits shifted(dx_bits row, int columns)
@@ -306,7 +307,8 @@ static void gather(const struct dx_smooth *s, struct dx_smooth_scratch *x,
 {
     dx_area_gather(&x->area, in, tiling, g, &s->gates, tile / tiling->cols, tile % tiling->cols);
     dx_edges_join(&x->area, &s->gates, g);
-    dx_area_widen(&x->area);
+    if (!x->area.wide)
+        dx_area_widen(&x->area);
     invert(s, x);
     if (!s->line)
         gather_directions(x, g);

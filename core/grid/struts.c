@@ -1,8 +1,6 @@
 /* Struts of a tile: first which way each missing dexel is spanned, then what lies beside. */
 #include "core/grid/struts.h"
 
-#include <string.h>
-
 /* A way to be spanned, and the place in the run (0 or 1). */
 static uint8_t span_of(bool across, uint8_t len, unsigned place)
 {
@@ -69,7 +67,8 @@ static bool can_span(const struct run *r, const struct dx_area *a, const struct 
     const struct place begin = at(r, -1, 0), end = at(r, r->len, 0);
     uint32_t row = dx_area_row(a, r->p), col = dx_area_col(a, r->q, g->width);
 
-    return dx_bits_at(a->alive[begin.p], begin.q) && dx_bits_at(a->alive[end.p], end.q) &&
+    return dx_bits_at(dx_words_at(&a->alive, begin.p), begin.q) &&
+           dx_bits_at(dx_words_at(&a->alive, end.p), end.q) &&
            dx_gates_pass(gates, range_at(a, begin), range_at(a, end),
                          dx_gates_span(gates, g, r->across, r->len, row, col)) &&
            within_cap(a, gates, begin, end) &&
@@ -102,7 +101,8 @@ static bool choose(uint8_t *way, const struct dx_area *a, const struct dx_gates 
  * each other, or, where two in a row are bridged, any. */
 static dx_bits find_crowded(const struct dx_area *a, dx_bits lone, uint8_t bridge, uint32_t p)
 {
-    const dx_bits above = a->valid[p - 1], here = a->valid[p], below = a->valid[p + 1];
+    const dx_bits above = dx_words_at(&a->valid, p - 1), here = dx_words_at(&a->valid, p),
+                  below = dx_words_at(&a->valid, p + 1);
     dx_bits ends = (above & below) | (here << 1 & here >> 1);
 
     if (bridge > 1)
@@ -112,9 +112,10 @@ static dx_bits find_crowded(const struct dx_area *a, dx_bits lone, uint8_t bridg
 
 static dx_bits find_lone(const struct dx_area *a, uint32_t p)
 {
-    const dx_bits here = a->valid[p];
+    const dx_bits here = dx_words_at(&a->valid, p);
 
-    return ~here & a->valid[p - 1] & a->valid[p + 1] & here << 1 & here >> 1;
+    return ~here & dx_words_at(&a->valid, p - 1) & dx_words_at(&a->valid, p + 1) & here << 1 &
+           here >> 1;
 }
 
 static dx_bits choose_row(uint8_t way[DX_AREA_STRIDE], dx_bits crowded, const struct dx_area *a,
@@ -131,24 +132,27 @@ static dx_bits choose_row(uint8_t way[DX_AREA_STRIDE], dx_bits crowded, const st
 }
 
 /* Missing dexels of the tile and one around it: what a strut's neighbour has chosen. Outside the
- * grid: without ends to span from. */
-static void choose_all(struct dx_spans *s, const struct dx_area *a, const struct dx_gates *gates,
+ * grid: without ends to span from. False: none is missing, and nothing is told. */
+static bool choose_all(struct dx_spans *s, const struct dx_area *a, const struct dx_gates *gates,
                        const struct dx_geometry *g)
 {
     const uint32_t before = gates->bridge > 1; /* only struts over two look back */
     const uint32_t end = DX_MARGIN + a->n_rows + 2, right = DX_MARGIN + a->n_cols + 2;
     const dx_bits columns = dx_bits_below(right) & ~dx_bits_below(DX_MARGIN - before);
+    bool any = false;
 
     for (uint32_t p = DX_MARGIN - before; p < end; p++) {
         const bool in_grid = a->row0 + p >= 0 && a->row0 + p < g->height;
 
         s->lone[p] = s->spanned[p] = 0;
-        if (!in_grid || !(~a->valid[p] & columns))
+        if (!in_grid || !(~dx_words_at(&a->valid, p) & columns))
             continue;
+        any = true;
         s->lone[p] = find_lone(a, p) & columns;
         s->spanned[p] = choose_row(
             s->at[p], find_crowded(a, s->lone[p], gates->bridge, p) & columns, a, gates, g, p);
     }
+    return any;
 }
 
 static bool is_spanned(const struct dx_spans *s, struct place x, uint8_t way)
@@ -287,11 +291,13 @@ static void find_constants(struct lone_row *r, const struct dx_gates *gates,
 
 static void find_sides(struct lone_row *r, const struct dx_area *a, uint32_t p)
 {
-    const dx_bits nw = a->edge[DX_EDGE_BD][p - 1] << 1, ne = a->edge[DX_EDGE_AC][p - 1];
-    const dx_bits sw = a->edge[DX_EDGE_AC][p] << 1, se = a->edge[DX_EDGE_BD][p];
+    const dx_bits nw = dx_words_at(&a->edge[DX_EDGE_BD], p - 1) << 1,
+                  ne = dx_words_at(&a->edge[DX_EDGE_AC], p - 1);
+    const dx_bits sw = dx_words_at(&a->edge[DX_EDGE_AC], p) << 1,
+                  se = dx_words_at(&a->edge[DX_EDGE_BD], p);
 
-    r->ends[0] = a->alive[p - 1] & a->alive[p + 1];
-    r->ends[1] = a->alive[p] << 1 & a->alive[p] >> 1;
+    r->ends[0] = dx_words_at(&a->alive, p - 1) & dx_words_at(&a->alive, p + 1);
+    r->ends[1] = dx_words_at(&a->alive, p) << 1 & dx_words_at(&a->alive, p) >> 1;
     r->first[0] = nw & sw;
     r->first[1] = nw & ne;
     r->second[0] = se & ne;
@@ -327,12 +333,13 @@ static uint8_t code_alone(const struct dx_area *a, const struct dx_gates *gates,
 
 /* ---- rows ----------------------------------------------------------------------------------- */
 
-/* The tile's row i, whose lone dexels are those of `lone`. */
-static void code_lone(uint8_t *strut, dx_bits lone, const struct dx_area *a,
+/* The tile's row i, whose lone dexels are those of `lone`. Whether there was a strut. */
+static bool code_lone(uint8_t *strut, dx_bits lone, const struct dx_area *a,
                       const struct dx_gates *gates, const struct dx_geometry *g, uint32_t i)
 {
     const uint32_t p = DX_MARGIN + i, row = dx_area_row(a, p);
     struct lone_row r;
+    uint8_t some = 0;
 
     find_sides(&r, a, p);
     if (!gates->per_dexel)
@@ -342,21 +349,25 @@ static void code_lone(uint8_t *strut, dx_bits lone, const struct dx_area *a,
 
         if (gates->per_dexel)
             find_constants(&r, gates, g, row, dx_area_col(a, q, g->width));
-        strut[q - DX_MARGIN] = code_alone(a, gates, &r, p, q);
+        some |= strut[q - DX_MARGIN] = code_alone(a, gates, &r, p, q);
     }
+    return some;
 }
 
-static void code_spanned(uint8_t *strut, const struct dx_spans *spans, dx_bits spanned,
+static bool code_spanned(uint8_t *strut, const struct dx_spans *spans, dx_bits spanned,
                          const struct dx_area *a, const struct dx_gates *gates, uint32_t i)
 {
+    uint8_t some = 0;
+
     for (; spanned; spanned &= spanned - 1) {
         const uint32_t q = dx_bits_first(spanned);
 
-        strut[q - DX_MARGIN] = code_of(spans, a, gates, DX_MARGIN + i, q);
+        some |= strut[q - DX_MARGIN] = code_of(spans, a, gates, DX_MARGIN + i, q);
     }
+    return some;
 }
 
-void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
+bool dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
                     const struct dx_gates *gates, const struct dx_geometry *g,
                     const struct dx_tiling *tiling)
 {
@@ -365,18 +376,18 @@ void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, cons
     uint32_t cols =
         a->n_cols + (!tiling->wrap && a->col0 + DX_MARGIN + a->n_cols + 1 == tiling->width);
     const dx_bits own = dx_bits_below(DX_MARGIN + cols) & ~dx_bits_below(DX_MARGIN);
+    bool some = false;
 
-    memset(strut, 0, DX_BLOCK_DEXELS);
-    if (gates->bridge == 0)
-        return;
-    choose_all(spans, a, gates, g);
+    if (gates->bridge == 0 || !choose_all(spans, a, gates, g))
+        return false;
     for (uint32_t i = 0; i < rows; i++) {
         const uint32_t p = DX_MARGIN + i;
         uint8_t *out = strut + (i + 1) * DX_BLOCK + 1;
 
         if (spans->spanned[p] & own)
-            code_spanned(out, spans, spans->spanned[p] & own, a, gates, i);
+            some |= code_spanned(out, spans, spans->spanned[p] & own, a, gates, i);
         if (spans->lone[p] & own)
-            code_lone(out, spans->lone[p] & own, a, gates, g, i);
+            some |= code_lone(out, spans->lone[p] & own, a, gates, g, i);
     }
+    return some;
 }

@@ -15,8 +15,8 @@ struct dx_spans {
     uint8_t at[DX_AREA][DX_AREA_STRIDE]; /* and how: struts.c */
 };
 
-/* Fills the strut codes of a tile (block order) from the area. */
-void dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
+/* Writes the strut codes of a tile (block order, zeros) from the area; whether there is any. */
+bool dx_struts_code(uint8_t strut[DX_BLOCK_DEXELS], struct dx_spans *spans, const struct dx_area *a,
                     const struct dx_gates *gates, const struct dx_geometry *g,
                     const struct dx_tiling *tiling);
 

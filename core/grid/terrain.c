@@ -118,6 +118,7 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->n_scratch = DX_POOL_MAX_THREADS;
     t->code = calloc(n_tiles, DX_TILE_CELLS * DX_TILE_CELLS);
     t->strut = calloc(n_tiles, DX_BLOCK_DEXELS);
+    t->has_struts = calloc(n_tiles, sizeof(*t->has_struts));
     t->hash = calloc(n_tiles, sizeof(*t->hash));
     t->marked = calloc(dx_marks_n_words(&t->tiling), sizeof(*t->marked));
     t->changed = calloc(dx_marks_n_words(&t->tiling), sizeof(*t->changed));
@@ -129,8 +130,8 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     r = dx_plane_init_for(&t->published, g, attr_bytes);
     if (r == 0)
         r = init_stages(t);
-    if (r == 0 && (!t->code || !t->strut || !t->hash || !t->marked || !t->changed || !t->task ||
-                   !t->scratch || !t->estimate || !t->moved))
+    if (r == 0 && (!t->code || !t->strut || !t->has_struts || !t->hash || !t->marked ||
+                   !t->changed || !t->task || !t->scratch || !t->estimate || !t->moved))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
@@ -157,6 +158,7 @@ void dx_terrain_free(struct dx_terrain *t)
     free(t->changed);
     free(t->marked);
     free(t->hash);
+    free(t->has_struts);
     free(t->strut);
     free(t->code);
     dx_gates_fini(&t->gates);
@@ -215,11 +217,12 @@ static void decide_tile(void *ctx, uint32_t task, unsigned thread)
     const struct dx_outcome out = {.row = number / t->tiling.cols,
                                    .col = number % t->tiling.cols,
                                    .code = t->code + (size_t)number * DX_TILE_CELLS * DX_TILE_CELLS,
-                                   .strut = t->strut + (size_t)number * DX_BLOCK_DEXELS};
+                                   .strut = t->strut + (size_t)number * DX_BLOCK_DEXELS,
+                                   .has_struts = t->has_struts + number};
 
     dx_rules_apply(&out, s, &t->published, &t->tiling, t->geometry, &t->gates);
     if (!says_more(t))
-        note_hash(t, task, dx_tile_hash_outcome(&out, &s->area, t->gates.rows));
+        note_hash(t, task, dx_tile_hash_outcome(&out, s, t->gates.rows));
 }
 
 /* The same of a tile that says more; after all outcomes, since normals look at neighbours. */

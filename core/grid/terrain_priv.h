@@ -28,6 +28,7 @@ struct dx_terrain {
                                        one that it is smoothed from */
     uint8_t *code;                  /* DX_TILE_CELLS^2 a tile */
     uint8_t *strut;                 /* DX_BLOCK_DEXELS a tile */
+    bool *has_struts;               /* a tile: whether any of them is not 0 */
     uint64_t *hash;                 /* a tile; 0 = no triangles */
     uint64_t *marked, *changed;     /* bits by tile number */
     uint32_t *task;                 /* tile numbers of the commit under way */

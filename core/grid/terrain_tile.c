@@ -35,6 +35,10 @@ static void widen_attrs(uint16_t *restrict to, const uint8_t *from, uint32_t n)
         to[j] = from[j];
 }
 
+/* Rows of a block come one after the other: what one writes too much the next one mends, and behind
+ * the last one is room. */
+#define WHOLE ((DX_BLOCK + 7) / 8 * 8)
+
 static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
                           const struct dx_runs *runs)
 {
@@ -42,6 +46,11 @@ static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
 
     if (p->range_bytes == 4) {
         dx_runs_gather(to, (const uint32_t *)p->range + row, 4, runs, DX_BLOCK);
+        return;
+    }
+    if (runs->n == 1 && runs->n_columns == DX_BLOCK &&
+        row + runs->run->col + WHOLE <= dx_plane_n_dexels(p)) {
+        widen_ranges(to, narrow + runs->run->col, WHOLE);
         return;
     }
     if (runs->n_columns < DX_BLOCK)
@@ -121,7 +130,10 @@ bool dx_terrain_tile(const struct dx_terrain *t, uint32_t number, struct dx_tile
 {
     dx_terrain_describe(t, number, tile);
     memcpy(tile->code, t->code + (size_t)number * sizeof(tile->code), sizeof(tile->code));
-    memcpy(tile->strut, t->strut + (size_t)number * sizeof(tile->strut), sizeof(tile->strut));
+    if (t->has_struts[number])
+        memcpy(tile->strut, t->strut + (size_t)number * sizeof(tile->strut), sizeof(tile->strut));
+    else
+        memset(tile->strut, 0, sizeof(tile->strut));
     if (!dx_rules_any(tile))
         return false;
     gather(t, tile);

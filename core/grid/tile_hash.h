@@ -10,8 +10,8 @@
 /* Codes of cells and struts; ranges, attributes, normals and points of used dexels. */
 uint64_t dx_tile_hash(const struct dx_tile *tile);
 
-/* The same of a tile that has nothing but codes and ranges, from the area that they come from. */
-uint64_t dx_tile_hash_outcome(const struct dx_outcome *out, const struct dx_area *a,
+/* The same of a tile that has nothing but codes and ranges, from what they were made of. */
+uint64_t dx_tile_hash_outcome(const struct dx_outcome *out, const struct dx_rules_scratch *made,
                               const struct dx_rows *rows);
 
 #endif

@@ -6,31 +6,6 @@
 
 #include <string.h>
 
-/* Each corner is spared by exactly one outcome beside "none" (enum dx_cell: bcd 5, acd 2, abd 4,
- * abc 1). */
-static void mark_row(dx_bits *top, dx_bits *bottom, const uint64_t bit[3])
-{
-    const uint64_t some = bit[0] | bit[1] | bit[2];
-    const uint64_t a = some & ~(bit[0] & bit[2]), b = some & ~(bit[1] & ~bit[0] & ~bit[2]);
-    const uint64_t c = some & ~(bit[2] & ~bit[0] & ~bit[1]);
-    const uint64_t d = some & ~(bit[0] & ~bit[1] & ~bit[2]);
-
-    *top |= (dx_bits)a << 1 | (dx_bits)b << 2; /* cells begin at block column 1 */
-    *bottom |= (dx_bits)d << 1 | (dx_bits)c << 2;
-}
-
-static void mark_cells(struct dx_used *used, const uint8_t *code)
-{
-    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
-
-    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
-        uint64_t bit[3];
-
-        rows->bits(bit, code + i * DX_TILE_CELLS);
-        mark_row(&used->row[i + 1], &used->row[i + 2], bit);
-    }
-}
-
 void dx_used_add(struct dx_used *used, uint32_t k)
 {
     used->row[k / DX_BLOCK] |= (dx_bits)1 << k % DX_BLOCK;
@@ -58,18 +33,28 @@ static void mark_lone(struct dx_used *used, uint32_t k, struct dx_lone_strut s)
     used->row[below] |= (!s.across | s.second) ? here : 0;
 }
 
+/* Most tiles have none. */
+static bool has_struts(const uint8_t *strut)
+{
+    uint8_t some = 0;
+
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        some |= strut[k];
+    return some;
+}
+
 static void mark_struts(struct dx_used *used, const uint8_t *strut)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
 
-    for (uint32_t i = 0; i < DX_BLOCK; i++) {
+    memset(used->strut, 0, sizeof(used->strut));
+    for (uint32_t i = 0; used->has_struts && i < DX_BLOCK; i++) {
         const uint8_t *row = strut + i * DX_BLOCK;
         dx_bits owners = rows->some(row);
 
         for (uint32_t j = 64; j < DX_BLOCK; j++)
             owners |= (dx_bits)(row[j] != 0) << j;
         used->strut[i] = owners;
-        used->has_struts |= owners != 0;
         for (; owners; owners &= owners - 1) {
             const uint32_t j = dx_bits_first(owners), k = i * DX_BLOCK + j;
             struct dx_lone_strut s;
@@ -87,12 +72,33 @@ void dx_used_number(struct dx_used *used)
     dx_rows_get(DX_SIMD_AUTO)->count(used->first, used->row, DX_BLOCK);
 }
 
-void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut)
+void dx_used_of(struct dx_used *used, const uint64_t bit[3][DX_TILE_CELLS], const uint8_t *strut)
 {
-    memset(used, 0, sizeof(*used));
-    mark_cells(used, code);
+    dx_rows_get(DX_SIMD_AUTO)->rules.corners(used->row, bit);
+    used->has_struts = strut && has_struts(strut);
     mark_struts(used, strut);
     dx_used_number(used);
+}
+
+void dx_used_bits(uint64_t bit[3][DX_TILE_CELLS], const uint8_t *code)
+{
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+
+    for (uint32_t i = 0; i < DX_TILE_CELLS; i++) {
+        uint64_t row[3];
+
+        rows->bits(row, code + (size_t)i * DX_TILE_CELLS);
+        for (int k = 0; k < 3; k++)
+            bit[k][i] = row[k];
+    }
+}
+
+void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut)
+{
+    uint64_t bit[3][DX_TILE_CELLS];
+
+    dx_used_bits(bit, code);
+    dx_used_of(used, bit, strut);
 }
 
 void dx_used_rank(const struct dx_used *used, uint16_t rank[DX_RANK_ROOM])

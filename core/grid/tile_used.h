@@ -15,7 +15,12 @@ struct dx_used {
     bool has_struts;
 };
 
-/* Of the codes of a tile's cells and struts, laid out as in struct dx_tile. */
+/* The three bits of a tile's codes. */
+void dx_used_bits(uint64_t bit[3][DX_TILE_CELLS], const uint8_t *code);
+
+/* Of the codes of a tile's cells, by their three bits, and of its struts (NULL: none), laid out as
+ * in struct dx_tile; and the same of the codes as they are there. */
+void dx_used_of(struct dx_used *used, const uint64_t bit[3][DX_TILE_CELLS], const uint8_t *strut);
 void dx_used_mark(struct dx_used *used, const uint8_t *code, const uint8_t *strut);
 
 /* One block dexel more; and the ranks anew after the last one. */

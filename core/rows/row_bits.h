@@ -35,6 +35,25 @@ static inline uint32_t dx_bits_count(dx_bits row)
                       __builtin_popcountll((uint64_t)(row >> 64)));
 }
 
+/* Rows of a tile's neighbourhood, the low words of all of them apart from the high ones: rules that
+ * are operations on words take several rows at a time. */
+#define DX_WORDS_ROWS 80 /* whole vectors */
+
+struct dx_row_words {
+    uint64_t low[DX_WORDS_ROWS + 2], high[DX_WORDS_ROWS + 2]; /* of row p at p + 1 */
+};
+
+static inline dx_bits dx_words_at(const struct dx_row_words *w, uint32_t p)
+{
+    return w->low[p + 1] | (dx_bits)w->high[p + 1] << 64;
+}
+
+static inline void dx_words_put(struct dx_row_words *w, uint32_t p, dx_bits row)
+{
+    w->low[p + 1] = (uint64_t)row;
+    w->high[p + 1] = (uint64_t)(row >> 64);
+}
+
 /* Eight bits to eight bytes of 0 or 1: a copy of them in each byte, which keeps another bit. */
 static inline uint64_t dx_bits_spread8(uint64_t bits)
 {

@@ -33,10 +33,19 @@ enum dx_simd {
 
 #define DX_ROW_EDGES 4 /* of a cell: H from a to b, V from a to d, AC, BD; in this order */
 
-/* 16-bit ranges of the upper and the lower corners of a row of cells, with the noise terms of their
- * gates. */
-struct dx_row_pair {
-    const uint16_t *top, *bottom, *noise_top, *noise_bottom;
+/* Rows `first` to `end` of a neighbourhood. */
+struct dx_row_run {
+    uint32_t first, end;
+};
+
+/* What the first-order rule looks at in rows of 16-bit ranges. The noise term of the gates is t0 +
+ * ((r r >> 16) n2 >> 16), and fits 16 bits. */
+struct dx_row_first_order {
+    struct dx_row_run run;
+    const uint16_t *const *range; /* by rows; and of one below the last */
+    uint16_t t0, n2;
+    const uint16_t (*c)[DX_ROW_EDGES];     /* by rows, or */
+    const uint16_t *(*each)[DX_ROW_EDGES]; /* by rows and edges, if not NULL */
 };
 
 /* 32-bit ranges of such rows, and the gate's terms (gates.h). */
@@ -56,30 +65,20 @@ struct dx_row_sigma {
     double a0, a1, a2, max, off;
 };
 
-/* Weights of the two diagonal lines of a row: minus and plus of a-c, minus and plus of b-d. */
+/* Weights of the two diagonal lines through a dexel: minus and plus of a-c, minus and plus of b-d;
+ * at most 1, and no numbers where there is no line. */
 struct dx_row_weights {
     double ac[2], bd[2];
 };
 
-/* Residuals of the two diagonal lines through the corners of a row of cells, and the size of their
- * terms; in one of the two kinds of numbers. */
-struct dx_row_residuals {
-    union {
-        struct {
-            float narrow_ac[DX_ROWS_CORNERS], narrow_bd[DX_ROWS_CORNERS];
-            float narrow_size[DX_ROWS_CORNERS];
-        };
-        struct {
-            double wide_ac[DX_ROWS_CORNERS], wide_bd[DX_ROWS_CORNERS];
-            double wide_size[DX_ROWS_CORNERS];
-        };
-    };
-};
-
-/* What the choice between bends looks at, from the first cell's corner a on. */
+/* What the choice between bends looks at: the inverse ranges of four rows around a row of cells,
+ * from one column before the first cell's corner a on; the ranges of the cells' corners from that
+ * one on; and weights of the lines through the upper and the lower ones, for each or for the row.
+ */
 struct dx_row_bend {
-    const struct dx_row_residuals *top, *bottom;
-    const void *inverse, *range, *range_below;
+    const void *inverse[4];
+    const void *range, *range_below;
+    const struct dx_row_weights *top, *bottom;
     uint64_t outer; /* cells with edges to the four samples beyond their corners */
 };
 
@@ -90,20 +89,55 @@ struct dx_row_preference {
 
 /* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
 struct dx_row_bends {
-    /* 2^40 / r; infinite for r below 16, which integers take for missing; 0 for 0. */
+    /* 2^40 / r of DX_ROWS_CORNERS ranges; infinite for r below 16, which integers take for missing;
+     * 0 for 0. */
     void (*inverse)(void *out, const void *range);
 
-    /* From the inverse ranges above, here and below, each from one column before the first corner
-     * on; with weights for the row or for each corner. */
-    void (*residuals)(struct dx_row_residuals *out, const void *const inverse[3],
-                      const struct dx_row_weights *w);
-    void (*residuals_each)(struct dx_row_residuals *out, const void *const inverse[3],
-                           const struct dx_row_weights *w);
-
     /* Whether b-d bends less than a-c by a margin of noise; without outer samples, whether its
-     * ends differ less in range. */
+     * ends differ less in range. With weights for the row, or for each corner. */
     struct dx_row_preference (*bend)(const struct dx_row_bend *row,
                                      const struct dx_row_sigma *sigma);
+    struct dx_row_preference (*bend_each)(const struct dx_row_bend *row,
+                                          const struct dx_row_sigma *sigma);
+};
+
+/* Triangles that the cells of a tile can have, by rows; even: both diagonals would give as many,
+ * and some. */
+struct dx_row_cells {
+    uint64_t abc[DX_ROWS_CELLS], acd[DX_ROWS_CELLS], abd[DX_ROWS_CELLS], bcd[DX_ROWS_CELLS];
+    uint64_t even[DX_ROWS_CELLS];
+};
+
+/* The rules on rows of bits: those of all rows of a tile's neighbourhood at once. */
+struct dx_row_rules {
+    /* Of the edges that the first order joins, those whose ends are there; those that are there and
+     * fail, and whether any of a row's does. */
+    void (*join_there)(struct dx_row_words joined[DX_ROW_EDGES],
+                       struct dx_row_words failed[DX_ROW_EDGES],
+                       uint64_t some_failed[DX_WORDS_ROWS], const struct dx_row_words *valid);
+
+    /* Valid samples that no axis takes for mixed; and of those the ones that are joined to more
+     * than three of eight neighbours. */
+    void (*attached)(struct dx_row_words *alive, const struct dx_row_words *valid,
+                     const struct dx_row_words joined[DX_ROW_EDGES]);
+    void (*well_joined)(struct dx_row_words *alive, const struct dx_row_words joined[DX_ROW_EDGES]);
+
+    /* Joined edges both of whose ends are alive. */
+    void (*keep_alive)(struct dx_row_words edge[DX_ROW_EDGES],
+                       const struct dx_row_words joined[DX_ROW_EDGES],
+                       const struct dx_row_words *alive);
+
+    /* The triangles that the tile's own cells can have, which begin at row and column `margin`. */
+    void (*triangles)(struct dx_row_cells *out, const struct dx_row_words edge[DX_ROW_EDGES],
+                      uint32_t margin);
+
+    /* The three bits of their codes. */
+    void (*outcomes)(uint64_t bit[3][DX_ROWS_CELLS], const struct dx_row_cells *cells,
+                     const uint64_t prefer_bd[DX_ROWS_CELLS],
+                     const uint64_t is_cell[DX_ROWS_CELLS]);
+
+    /* The dexels of the tile's block that its cells use. */
+    void (*corners)(dx_bits used[DX_ROWS_CELLS + 3], const uint64_t bit[3][DX_ROWS_CELLS]);
 };
 
 /* A block row of a tile under a spinning geometry (geometry.h): its row's six numbers, cosines and
@@ -146,19 +180,16 @@ struct dx_rows {
 
     /* ---- rules ---- */
 
-    /* Which ranges are not 0. */
+    /* Which ranges are not 0; the same of rows `first` to `end` of a neighbourhood, as far as they
+     * are among the columns. */
     dx_bits (*valid)(const uint16_t *range);
+    void (*valid_rows)(struct dx_row_words *valid, const uint16_t *const *range,
+                       struct dx_row_run run, dx_bits columns);
     dx_bits (*valid_wide)(const uint32_t *range);
 
-    /* Noise term of the gates: t0 + ((r r >> 16) n2 >> 16); fits 16 bits. */
-    void (*noise)(uint16_t *out, const uint16_t *range, uint16_t t0, uint16_t n2);
-
-    /* The edges that the first-order rule joins, by one constant of each kind or by one for each
-     * edge. Where one of the two ends is missing, it may say either. */
-    void (*join)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
-                 const uint16_t c[DX_ROW_EDGES]);
-    void (*join_each)(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
-                      const uint16_t *const c[DX_ROW_EDGES]);
+    /* The edges that the first-order rule joins, by one constant of each kind and row or by one for
+     * each edge. Where one of the two ends is missing, it may say either. */
+    void (*join)(struct dx_row_words joined[DX_ROW_EDGES], const struct dx_row_first_order *rows);
 
     /* The same of 32-bit ranges. */
     void (*join_wide)(struct dx_row_joined out[DX_ROW_EDGES], const struct dx_row_wide_pair *rows,
@@ -168,8 +199,9 @@ struct dx_rows {
                            const uint32_t *const c[DX_ROW_EDGES]);
 
     struct dx_row_bends narrow, wide;
+    struct dx_row_rules rules;
 
-    /* Cell codes, one byte each, from their three bits. */
+    /* Cell codes, one byte each, from the three bits of a row of them. */
     void (*code)(uint8_t *code, const uint64_t bit[3]);
 
     /* ---- tiles; what is written to `out` may be followed by up to DX_ROWS_SLACK elements more
@@ -188,8 +220,12 @@ struct dx_rows {
     /* DX_ROWS_N ranks, where dexels are used: `first` and those before them in the row. */
     void (*rank)(uint16_t *rank, dx_bits used, uint16_t first);
 
-    /* Content hash of a row of 16-bit ranges, 0 for those that are not used, into all rows'. */
-    void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *range, dx_bits used);
+    /* Content hash of rows of 16-bit ranges, 0 for those that are not used; and of rows of words.
+     */
+    void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *const *range, const dx_bits *used,
+                   uint32_t n_rows);
+    void (*digest_words)(uint64_t lane[DX_ROWS_LANES], const uint64_t (*word)[DX_ROWS_LANES],
+                         uint32_t n_rows);
 
     /* Points of the used dexels of a block row, metres, one after the other. Returns where the next
      * one goes. */

@@ -2,55 +2,22 @@
  * The loops of rows.h for bends. Included twice: for 16-bit ranges in f32, for 32-bit ones in f64.
  * Before: REAL, RANGE and NAME(x), the types and the loops' names; ABS; INVERSE(r) of a REAL r;
  * SLOPE(q, r), what the noise of q is in that of r, in 1/256, doubled; ROUNDING, CUTS: how far what
- * is computed can be from the integers, of itself and in all.
+ * is computed can be from the integers, of itself and in all; TELL(more, margin), of a row of cells
+ * which are positive, and which not beyond the margin.
  */
 
 static void NAME(inverse)(void *out, const void *range)
 {
     const RANGE *from = range;
     REAL *restrict to = out;
-    REAL r[N];
+    REAL r[CORNERS];
 
-    for (uint32_t q = 0; q < N; q++)
+    for (uint32_t q = 0; q < CORNERS; q++)
         r[q] = (REAL)from[q];
-    for (uint32_t q = 0; q < N; q++) {
+    for (uint32_t q = 0; q < CORNERS; q++) {
         REAL inverse = r[q] < 16 ? (REAL)TOO_NEAR : INVERSE(r[q]);
 
         to[q] = r[q] > 0 ? inverse : 0;
-    }
-}
-
-static inline __attribute__((always_inline)) void NAME(residual_at)(
-    struct dx_row_residuals *restrict out, const void *const inverse[3], uint32_t j,
-    const REAL w[4])
-{
-    const REAL *above = inverse[0], *here = (const REAL *)inverse[1] + 1, *below = inverse[2];
-    REAL ac = above[j] * w[0] + below[j + 2] * w[1];
-    REAL bd = above[j + 2] * w[2] + below[j] * w[3];
-
-    out->NAME(ac)[j] = here[j] - ac;
-    out->NAME(bd)[j] = here[j] - bd;
-    out->NAME(size)[j] = here[j] + ac + bd;
-}
-
-static void NAME(residuals)(struct dx_row_residuals *restrict out, const void *const inverse[3],
-                            const struct dx_row_weights *weights)
-{
-    const REAL w[4] = {(REAL)weights->ac[0], (REAL)weights->ac[1], (REAL)weights->bd[0],
-                       (REAL)weights->bd[1]};
-
-    for (uint32_t j = 0; j < CORNERS; j++)
-        NAME(residual_at)(out, inverse, j, w);
-}
-
-static void NAME(residuals_each)(struct dx_row_residuals *restrict out,
-                                 const void *const inverse[3], const struct dx_row_weights *weights)
-{
-    for (uint32_t j = 0; j < CORNERS; j++) {
-        const REAL w[4] = {(REAL)weights[j].ac[0], (REAL)weights[j].ac[1], (REAL)weights[j].bd[0],
-                           (REAL)weights[j].bd[1]};
-
-        NAME(residual_at)(out, inverse, j, w);
     }
 }
 
@@ -61,27 +28,51 @@ static inline REAL NAME(sigma_of)(const struct dx_row_sigma *s, REAL r)
     return sigma < max ? sigma : max;
 }
 
+/* Weights of the lines through a cell's corners: of their ends beyond the cell, and what those
+ * inside leave of the corners' own. */
+struct NAME(weights) {
+    REAL nw, se, a, c, ne, sw, b, d;
+};
+
+static inline __attribute__((always_inline)) struct NAME(weights)
+    NAME(weights_of)(const struct dx_row_bend *row, uint32_t j, uint32_t step)
+{
+    const struct dx_row_weights *a = row->top + j * step, *d = row->bottom + j * step;
+    const struct dx_row_weights *b = a + step, *c = d + step;
+
+    return (struct NAME(weights)){.nw = (REAL)a->ac[0],
+                                  .se = (REAL)c->ac[1],
+                                  .a = (REAL)(1 - c->ac[0]),
+                                  .c = (REAL)(1 - a->ac[1]),
+                                  .ne = (REAL)b->bd[0],
+                                  .sw = (REAL)d->bd[1],
+                                  .b = (REAL)(1 - d->bd[0]),
+                                  .d = (REAL)(1 - b->bd[1])};
+}
+
 /* What one diagonal bends more than the other, less the bias: positive for b-d. `margin` is how far
  * it can be from what integers say. */
-static inline void NAME(compare_bends)(REAL *restrict more, REAL *restrict margin,
-                                       const struct dx_row_bend *row,
-                                       const struct dx_row_sigma *sigma)
+static inline __attribute__((always_inline)) void NAME(compare_bends)(
+    REAL *restrict more, REAL *restrict margin, const struct dx_row_bend *row,
+    const struct dx_row_sigma *sigma, uint32_t step)
 {
-    const struct dx_row_residuals *top = row->top, *bottom = row->bottom;
+    const REAL *north = row->inverse[0], *top = row->inverse[1], *bottom = row->inverse[2];
+    const REAL *south = row->inverse[3];
     const struct dx_row_sigma s = *sigma;
-    const REAL *inverse = row->inverse;
     const RANGE *range = row->range;
 
     for (uint32_t j = 0; j < CELLS; j++) {
-        REAL ac = ABS(top->NAME(ac)[j] + bottom->NAME(ac)[j + 1]);
-        REAL bd = ABS(top->NAME(bd)[j + 1] + bottom->NAME(bd)[j]);
-        REAL size = top->NAME(size)[j] + top->NAME(size)[j + 1] + bottom->NAME(size)[j] +
-                    bottom->NAME(size)[j + 1];
-        REAL slope = SLOPE(inverse[j], (REAL)range[j]);
+        const struct NAME(weights) w = NAME(weights_of)(row, j, step);
+        REAL a = top[j + 1];
+        REAL ac = a * w.a + bottom[j + 2] * w.c, ac_beyond = north[j] * w.nw + south[j + 3] * w.se;
+        REAL bd = top[j + 2] * w.b + bottom[j + 1] * w.d;
+        REAL bd_beyond = north[j + 3] * w.ne + south[j] * w.sw;
+        REAL slope = SLOPE(a, (REAL)range[j]);
         REAL bias = NAME(sigma_of)(&s, (REAL)range[j]) * slope;
 
-        more[j] = ac - bd - bias;
-        margin[j] = ROUNDING * (size + bias) + (REAL)s.off * slope + CUTS;
+        more[j] = ABS(ac - ac_beyond) - ABS(bd - bd_beyond) - bias;
+        margin[j] =
+            ROUNDING * (ac + ac_beyond + bd + bd_beyond + bias) + (REAL)s.off * slope + CUTS;
     }
 }
 
@@ -120,32 +111,32 @@ static inline void NAME(compare_corners)(REAL *restrict more, REAL *restrict mar
     }
 }
 
-static inline struct dx_row_preference NAME(tell)(const REAL *more, const REAL *margin)
+static inline __attribute__((always_inline)) struct dx_row_preference NAME(bend_by)(
+    const struct dx_row_bend *row, const struct dx_row_sigma *sigma, uint32_t step)
 {
-    uint32_t prefers[CELLS], sure[CELLS];
+    REAL more[CELLS], margin[CELLS];
+    struct dx_row_preference lines, corners;
 
-    for (uint32_t j = 0; j < CELLS; j++) {
-        prefers[j] = more[j] > 0 ? UINT32_MAX : 0;
-        sure[j] = ABS(more[j]) > margin[j] ? UINT32_MAX : 0; /* not where it is no number */
-    }
-    return (struct dx_row_preference){(uint64_t)pack32(prefers, CELLS),
-                                      (uint64_t)~pack32(sure, CELLS)};
+    NAME(compare_bends)(more, margin, row, sigma, step);
+    lines = TELL(more, margin);
+    if (row->outer == UINT64_MAX)
+        return lines;
+    NAME(compare_corners)(more, margin, row, sigma);
+    corners = TELL(more, margin);
+    return (struct dx_row_preference){(lines.bd & row->outer) | (corners.bd & ~row->outer),
+                                      (lines.unsure & row->outer) | (corners.unsure & ~row->outer)};
 }
 
 static struct dx_row_preference NAME(bend)(const struct dx_row_bend *row,
                                            const struct dx_row_sigma *sigma)
 {
-    REAL more[CELLS], margin[CELLS];
-    struct dx_row_preference lines, corners;
+    return NAME(bend_by)(row, sigma, 0);
+}
 
-    NAME(compare_bends)(more, margin, row, sigma);
-    lines = NAME(tell)(more, margin);
-    if (row->outer == UINT64_MAX)
-        return lines;
-    NAME(compare_corners)(more, margin, row, sigma);
-    corners = NAME(tell)(more, margin);
-    return (struct dx_row_preference){(lines.bd & row->outer) | (corners.bd & ~row->outer),
-                                      (lines.unsure & row->outer) | (corners.unsure & ~row->outer)};
+static struct dx_row_preference NAME(bend_each)(const struct dx_row_bend *row,
+                                                const struct dx_row_sigma *sigma)
+{
+    return NAME(bend_by)(row, sigma, 1);
 }
 
 #undef REAL
@@ -156,3 +147,4 @@ static struct dx_row_preference NAME(bend)(const struct dx_row_bend *row,
 #undef SLOPE
 #undef ROUNDING
 #undef CUTS
+#undef TELL

@@ -3,6 +3,8 @@
 
 #include "core/base/bytes.h"
 
+#include <math.h>
+
 /* ---- rows to bits --------------------------------------------------------------------------- */
 
 /* Bytes of 0 or 1, a multiple of eight of them. A product puts the lowest bits of eight bytes side
@@ -50,6 +52,14 @@ static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
     }
 }
 
+/* 16-bit values where they are used, and 0 elsewhere. */
+static inline void keep_used16(uint16_t out[DX_ROWS_N], const uint16_t *value, dx_bits used)
+{
+    unpack16(out, used);
+    for (uint32_t q = 0; q < DX_ROWS_N; q++)
+        out[q] &= value[q];
+}
+
 static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
 {
     static const uint32_t bit[4] = {1, 2, 4, 8};
@@ -60,6 +70,19 @@ static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
         for (uint32_t j = 0; j < 4; j++)
             out[at + j] = (lanes & bit[j]) == bit[j] ? UINT32_MAX : 0;
     }
+}
+
+/* Of a row of cells: which numbers are positive, and which are not beyond the margin, or none. */
+static struct dx_row_preference tell_f32(const float *more, const float *margin)
+{
+    uint32_t prefers[DX_ROWS_CELLS], sure[DX_ROWS_CELLS];
+
+    for (uint32_t j = 0; j < DX_ROWS_CELLS; j++) {
+        prefers[j] = more[j] > 0 ? UINT32_MAX : 0;
+        sure[j] = fabsf(more[j]) > margin[j] ? UINT32_MAX : 0;
+    }
+    return (struct dx_row_preference){(uint64_t)pack32(prefers, DX_ROWS_CELLS),
+                                      (uint64_t)~pack32(sure, DX_ROWS_CELLS)};
 }
 
 static void code_row(uint8_t *code, const uint64_t bit[3])

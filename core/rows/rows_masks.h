@@ -30,10 +30,34 @@ static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
     _mm256_storeu_si256((__m256i *)(out + 64), _mm256_movm_epi16((uint16_t)(is >> 64)));
 }
 
+static inline void keep_used16(uint16_t out[DX_ROWS_N], const uint16_t *value, dx_bits used)
+{
+    const uint64_t low = (uint64_t)used;
+
+    _mm512_storeu_si512(out, _mm512_maskz_loadu_epi16((uint32_t)low, value));
+    _mm512_storeu_si512(out + 32, _mm512_maskz_loadu_epi16((uint32_t)(low >> 32), value + 32));
+    _mm256_storeu_si256((__m256i *)(out + 64),
+                        _mm256_maskz_loadu_epi16((uint16_t)(used >> 64), value + 64));
+}
+
 static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
 {
     for (int at = 0; at < DX_ROWS_N; at += 16)
         _mm512_storeu_si512(out + at, _mm512_movm_epi32((uint16_t)(is >> at)));
+}
+
+static inline struct dx_row_preference tell_f32(const float *more, const float *margin)
+{
+    struct dx_row_preference p = {0, 0};
+
+    for (int at = 0; at < DX_ROWS_CELLS; at += 16) {
+        const __m512 x = _mm512_loadu_ps(more + at), off = _mm512_loadu_ps(margin + at);
+        const __mmask16 unsure = _mm512_cmp_ps_mask(_mm512_abs_ps(x), off, _CMP_NGT_UQ);
+
+        p.bd |= (uint64_t)_mm512_cmp_ps_mask(x, _mm512_setzero_ps(), _CMP_GT_OQ) << at;
+        p.unsure |= (uint64_t)unsure << at;
+    }
+    return p;
 }
 
 static void code_row(uint8_t *code, const uint64_t bit[3])

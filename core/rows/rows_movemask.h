@@ -52,6 +52,13 @@ static inline void unpack16(uint16_t out[DX_ROWS_N], dx_bits is)
     }
 }
 
+static inline void keep_used16(uint16_t out[DX_ROWS_N], const uint16_t *value, dx_bits used)
+{
+    unpack16(out, used);
+    for (uint32_t q = 0; q < DX_ROWS_N; q++)
+        out[q] &= value[q];
+}
+
 static inline void unpack32(uint32_t out[DX_ROWS_N], dx_bits is)
 {
     const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 0x10, 0x20, 0x40, 0x80);
@@ -74,6 +81,22 @@ static inline __m256i spread32(uint32_t bits, uint8_t value)
 
     return _mm256_and_si256(_mm256_cmpeq_epi8(_mm256_and_si256(eights, kept), kept),
                             _mm256_set1_epi8((char)value));
+}
+
+static inline struct dx_row_preference tell_f32(const float *more, const float *margin)
+{
+    const __m256 sign = _mm256_set1_ps(-0.0f);
+    struct dx_row_preference p = {0, 0};
+
+    for (int at = 0; at < DX_ROWS_CELLS; at += 8) {
+        const __m256 x = _mm256_loadu_ps(more + at), size = _mm256_andnot_ps(sign, x);
+        const __m256 unsure = _mm256_cmp_ps(size, _mm256_loadu_ps(margin + at), _CMP_NGT_UQ);
+        const __m256 bd = _mm256_cmp_ps(x, _mm256_setzero_ps(), _CMP_GT_OQ);
+
+        p.bd |= (uint64_t)(uint32_t)_mm256_movemask_ps(bd) << at;
+        p.unsure |= (uint64_t)(uint32_t)_mm256_movemask_ps(unsure) << at;
+    }
+    return p;
 }
 
 static void code_row(uint8_t *code, const uint64_t bit[3])

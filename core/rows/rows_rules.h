@@ -23,6 +23,13 @@ static dx_bits valid_row(const uint16_t *range)
     return pack16(valid);
 }
 
+static void valid_rows(struct dx_row_words *valid, const uint16_t *const *range,
+                       struct dx_row_run run, dx_bits columns)
+{
+    for (uint32_t p = run.first; p < run.end; p++)
+        dx_words_put(valid, p, valid_row(range[p]) & columns);
+}
+
 static dx_bits valid_wide_row(const uint32_t *range)
 {
     uint32_t valid[N];
@@ -81,32 +88,49 @@ static inline __attribute__((always_inline)) dx_bits join_edges(const uint16_t *
     return pack16(near);
 }
 
-static inline __attribute__((always_inline)) void join_rows(dx_bits joined[DX_ROW_EDGES],
-                                                            const struct dx_row_pair *rows,
-                                                            const uint16_t *const c[DX_ROW_EDGES],
-                                                            uint32_t step)
+/* Ranges of the upper and the lower corners of a row of cells, and their noise terms. */
+struct corners {
+    const uint16_t *top, *bottom, *noise_top, *noise_bottom;
+};
+
+static inline __attribute__((always_inline)) void join_row(struct dx_row_words joined[DX_ROW_EDGES],
+                                                           uint32_t p, const struct corners *rows,
+                                                           const uint16_t *const c[DX_ROW_EDGES],
+                                                           uint32_t step)
 {
     const uint16_t *a = rows->top, *d = rows->bottom;
     const uint16_t *noise_a = rows->noise_top, *noise_d = rows->noise_bottom;
 
-    joined[0] = join_edges(a, a + 1, noise_a, noise_a + 1, c[0], step);
-    joined[1] = join_edges(a, d, noise_a, noise_d, c[1], step);
-    joined[2] = join_edges(a, d + 1, noise_a, noise_d + 1, c[2], step);
-    joined[3] = join_edges(a + 1, d, noise_a + 1, noise_d, c[3], step);
+    dx_words_put(&joined[0], p, join_edges(a, a + 1, noise_a, noise_a + 1, c[0], step));
+    dx_words_put(&joined[1], p, join_edges(a, d, noise_a, noise_d, c[1], step));
+    dx_words_put(&joined[2], p, join_edges(a, d + 1, noise_a, noise_d + 1, c[2], step));
+    dx_words_put(&joined[3], p, join_edges(a + 1, d, noise_a + 1, noise_d, c[3], step));
 }
 
-static void join_row(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
-                     const uint16_t c[DX_ROW_EDGES])
+/* Noise terms are made a row before they are read: a load across two stores waits until they are
+ * done. */
+static void join_rows(struct dx_row_words joined[DX_ROW_EDGES],
+                      const struct dx_row_first_order *rows)
 {
-    const uint16_t *const each[DX_ROW_EDGES] = {c, c + 1, c + 2, c + 3};
+    uint16_t noise[4][N + 8] = {{0}}; /* by row & 3 */
+    const struct dx_row_run run = rows->run;
 
-    join_rows(joined, rows, each, 0);
-}
+    noise_row(noise[run.first & 3], rows->range[run.first], rows->t0, rows->n2);
+    noise_row(noise[(run.first + 1) & 3], rows->range[run.first + 1], rows->t0, rows->n2);
+    for (uint32_t p = run.first; p < run.end; p++) {
+        const struct corners at = {rows->range[p], rows->range[p + 1], noise[p & 3],
+                                   noise[(p + 1) & 3]};
 
-static void join_each_row(dx_bits joined[DX_ROW_EDGES], const struct dx_row_pair *rows,
-                          const uint16_t *const c[DX_ROW_EDGES])
-{
-    join_rows(joined, rows, c, 1);
+        if (p + 2 < run.end)
+            noise_row(noise[(p + 2) & 3], rows->range[p + 2], rows->t0, rows->n2);
+        if (rows->each) {
+            join_row(joined, p, &at, rows->each[p], 1);
+        } else {
+            const uint16_t *c = rows->c[p], *const of_row[DX_ROW_EDGES] = {c, c + 1, c + 2, c + 3};
+
+            join_row(joined, p, &at, of_row, 0);
+        }
+    }
 }
 
 /*

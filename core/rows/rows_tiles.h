@@ -20,20 +20,37 @@ static void count_rows(uint16_t *restrict first, const dx_bits *row, uint32_t n_
 /* ---- the hash ------------------------------------------------------------------------------- */
 
 /* Each word of a row has a lane of its own, so that lanes become vectors. Odd multipliers. */
-static void digest_row(uint64_t lane[DX_ROWS_LANES], const uint16_t *range, dx_bits used)
+static inline void mix(uint64_t lane[restrict DX_ROWS_LANES],
+                       const uint64_t word[restrict DX_ROWS_LANES])
 {
-    uint64_t word[DX_ROWS_LANES] = {0};
-    uint16_t kept[DX_ROWS_N];
-
-    unpack16(kept, used);
-    for (uint32_t j = 0; j < DX_ROWS_N; j++)
-        kept[j] &= range[j];
-    memcpy(word, kept, sizeof(kept));
     for (uint32_t k = 0; k < DX_ROWS_LANES; k++) {
         const uint64_t x = (lane[k] ^ word[k]) * (0x9e3779b185ebca87u + 2 * k);
 
         lane[k] = x ^ x >> 29;
     }
+}
+
+/* Rows take turns among four sums: one alone would wait for the product of the row before. */
+static void digest_rows(uint64_t lane[DX_ROWS_LANES], const uint16_t *const *range,
+                        const dx_bits *used, uint32_t n_rows)
+{
+    uint64_t sum[4][DX_ROWS_LANES] = {{0}}, word[DX_ROWS_LANES] = {0};
+    uint16_t kept[DX_ROWS_N];
+
+    for (uint32_t i = 0; i < n_rows; i++) {
+        keep_used16(kept, range[i], used[i]);
+        memcpy(word, kept, sizeof(kept));
+        mix(sum[i & 3], word);
+    }
+    for (uint32_t k = 0; k < 4; k++)
+        mix(lane, sum[k]);
+}
+
+static void digest_words_rows(uint64_t lane[DX_ROWS_LANES], const uint64_t (*word)[DX_ROWS_LANES],
+                              uint32_t n_rows)
+{
+    for (uint32_t i = 0; i < n_rows; i++)
+        mix(lane, word[i]);
 }
 
 /* ---- points --------------------------------------------------------------------------------- */

@@ -93,6 +93,9 @@ int dx_msg_hello_get(struct dx_msg_hello *m, const uint8_t *body, size_t len)
     m->minor = dx_read_u16(&r);
     m->features = dx_read_u32(&r);
     m->encodings = dx_read_u32(&r);
+    /* What a later version says besides comes after what every version says. */
+    if (m->major != DX_WIRE_MAJOR || dx_wire_minor(m->minor) != m->minor)
+        dx_read_bytes(&r, dx_reader_left(&r));
     return end(&r, magic == DX_WIRE_MAGIC);
 }
 

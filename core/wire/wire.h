@@ -11,8 +11,8 @@
 #include "core/grid/lod_level.h"
 
 #define DX_WIRE_MAGIC 0x4c584544u /* "DEXL" */
-#define DX_WIRE_MAJOR 0
-#define DX_WIRE_MINOR 3
+#define DX_WIRE_MAJOR 1
+#define DX_WIRE_MINOR 0
 
 /* u32 length (of the body) | u16 type | u16 flags | u32 stream | u32 seq | u64 epoch */
 #define DX_WIRE_HEADER_LEN      24
@@ -168,13 +168,21 @@ struct dx_msg_stream_state {
     char reason[DX_WIRE_TEXT];
 };
 
+/* The minor that a server speaks to a client of the same major: the smaller one. */
+static inline uint16_t dx_wire_minor(uint16_t of_client)
+{
+    const unsigned ours = DX_WIRE_MINOR;
+
+    return of_client < ours ? of_client : (uint16_t)ours;
+}
+
 void dx_wire_put_header(uint8_t out[DX_WIRE_HEADER_LEN], const struct dx_wire_header *h);
 void dx_wire_get_header(struct dx_wire_header *h, const uint8_t in[DX_WIRE_HEADER_LEN]);
 
 /*
  * put: appends the body to the writer (check w->failed). get: 0, or -EBADMSG when the body is too
- * short, too long, or a field is out of its range. Texts are cut to their room, never left without
- * NUL.
+ * short, too long, or a field is out of its range; a HELLO of a version that is not ours may be
+ * longer. Texts are cut to their room, never left without NUL.
  */
 void dx_msg_hello_put(struct dx_writer *w, const struct dx_msg_hello *m);
 int dx_msg_hello_get(struct dx_msg_hello *m, const uint8_t *body, size_t len);

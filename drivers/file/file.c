@@ -10,6 +10,7 @@
 #include "drivers/file/file_list.h"
 #include "drivers/file/format.h"
 #include "drivers/file/slurp.h"
+#include "drivers/monotonic.h"
 #include "drivers/replay.h"
 
 #include <errno.h>
@@ -270,7 +271,7 @@ static int file_read(struct dx_device *dev, struct dx_block *block, struct dx_er
         return rc > 0 ? rc : dx_err_set(err, rc, "%s: wait: %s", dev->name, strerror(-rc));
     dev->block_ready = false;
     *block = dev->block;
-    block->stamp.host_ns = dx_pace_now();
+    block->stamp.host_ns = dx_clock_ns();
     return 0;
 }
 

@@ -9,6 +9,7 @@
 #define MAX_OFFSET  65535u
 #define MAX_NAME    32 /* the kernel keeps so many bytes of a line's name, with the NUL */
 #define CHIP_PREFIX "/dev/"
+#define CHIP_NAME   "gpiochip"
 
 /* The digits behind the last colon; -1: there are none, or more than an offset has. */
 static long offset_of(const char *digits)
@@ -54,9 +55,23 @@ const char *dx_gpio_where_check(const char *where)
             return "a line is CHIP:OFFSET or a name, without spaces";
     if (dx_gpio_where_split(where, place.chip, sizeof(place.chip), &place.offset))
         return NULL;
+    if (!strncmp(where, CHIP_NAME, strlen(CHIP_NAME)) && strchr(where, ':'))
+        return "the offset of a chip's line is from 0 to 65535";
     if (*where == '/')
         return "a path of a chip needs the line's offset behind it: /dev/gpiochip0:17";
     return strlen(where) < MAX_NAME ? NULL : "names of lines have at most 31 bytes";
+}
+
+bool dx_gpio_where_same(const char *a, const char *b)
+{
+    struct dx_gpio_place at, bt;
+
+    if (!dx_gpio_where_given(a) || !dx_gpio_where_given(b))
+        return false;
+    if (dx_gpio_where_split(a, at.chip, sizeof(at.chip), &at.offset) &&
+        dx_gpio_where_split(b, bt.chip, sizeof(bt.chip), &bt.offset))
+        return at.offset == bt.offset && !strcmp(at.chip, bt.chip);
+    return !strcmp(a, b);
 }
 
 /* Looks through the chips in /dev. */
@@ -68,7 +83,7 @@ static bool find_name(const char *name, int (*offset_on)(const char *path, const
     int offset = -1;
 
     while (dir && offset < 0 && (d = readdir(dir))) {
-        if (strncmp(d->d_name, "gpiochip", strlen("gpiochip")))
+        if (strncmp(d->d_name, CHIP_NAME, strlen(CHIP_NAME)))
             continue;
         if (snprintf(place->chip, sizeof(place->chip), CHIP_PREFIX "%s", d->d_name) <
             (int)sizeof(place->chip))

@@ -1,6 +1,8 @@
 /* Waiting for lines: ppoll on their descriptors, an eventfd, and a time. */
 #include "drivers/gpio/line_thread.h"
 
+#include "drivers/monotonic.h"
+
 #include <errno.h>
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -9,20 +11,12 @@
 
 #define NS 1000000000u
 
-uint64_t dx_line_now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * NS + (uint64_t)t.tv_nsec;
-}
-
 static void wait_for(struct dx_line_thread *t, uint64_t due_ns)
 {
     struct pollfd polls[DX_GPIO_MAX_LINES + 1];
     int fds[DX_GPIO_MAX_LINES];
     size_t n = t->work.descriptors(t->work.ctx, fds);
-    uint64_t now = dx_line_now(), left = due_ns > now ? due_ns - now : 0, count;
+    uint64_t now = dx_clock_ns(), left = due_ns > now ? due_ns - now : 0, count;
     const struct timespec time = {(time_t)(left / NS), (long)(left % NS)};
 
     for (size_t k = 0; k < n; k++)
@@ -37,7 +31,7 @@ static void *loop(void *arg)
     struct dx_line_thread *t = arg;
 
     while (!atomic_load_explicit(&t->stop, memory_order_acquire))
-        wait_for(t, t->work.run(t->work.ctx, dx_line_now()));
+        wait_for(t, t->work.run(t->work.ctx, dx_clock_ns()));
     return NULL;
 }
 

@@ -36,6 +36,4 @@ void dx_line_thread_stop(struct dx_line_thread *t);
 /* Has run() called soon. Any thread. */
 void dx_line_thread_wake(struct dx_line_thread *t);
 
-uint64_t dx_line_now(void); /* CLOCK_MONOTONIC */
-
 #endif

@@ -4,6 +4,8 @@
  */
 #include "drivers/gpio/rig_priv.h"
 
+#include "drivers/monotonic.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -186,7 +188,7 @@ void dx_rig_tell(struct dx_rig *r, struct dx_rig_status *status)
     struct dx_pps_state pps;
 
     pthread_mutex_lock(&r->mutex);
-    dx_pps_state(&r->pps, dx_line_now(), &pps);
+    dx_pps_state(&r->pps, dx_clock_ns(), &pps);
     *status = (struct dx_rig_status){
         .has_lines = r->has_lines,
         .is_laser_on = r->is_laser_on,
@@ -225,7 +227,7 @@ int dx_rig_open_on(struct dx_rig **out, const struct dx_rig_config *config,
     for (int k = 0; k < DX_RIG_N_ROLES; k++)
         r->line_of[k] = UINT32_MAX;
     dx_interlock_guard_init(&r->guard, (uint64_t)config->interlock.rearm_ms * 1000000,
-                            dx_line_now());
+                            dx_clock_ns());
     dx_trigger_queue_init(&r->queue, (uint64_t)config->trigger_in.max_delay_ms * 1000000);
     dx_pps_init(&r->pps);
     pthread_mutex_init(&r->mutex, NULL);

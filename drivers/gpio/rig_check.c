@@ -1,41 +1,24 @@
 /* Which rigs cannot be, or would not be safe. Pure. */
 #include "drivers/rig.h"
 
-#include <string.h>
+#define N_LINES DX_RIG_N_LINES
 
-#define N_LINES 6
-
-struct line {
-    const char *key, *where;
-};
-
-static void list_lines(const struct dx_rig_config *c, struct line lines[N_LINES])
+void dx_rig_list(const struct dx_rig_config *c, struct dx_rig_line lines[N_LINES])
 {
-    lines[0] = (struct line){"interlock.line", c->interlock.line};
-    lines[1] = (struct line){"laser.line", c->laser.line};
-    lines[2] = (struct line){"trigger_in.line", c->trigger_in.line};
-    lines[3] = (struct line){"trigger_out.line", c->trigger_out.line};
-    lines[4] = (struct line){"pps.line", c->pps.line};
-    lines[5] = (struct line){"led.line", c->led.line};
-}
-
-bool dx_rig_has_line(const struct dx_rig_config *c, const char *line)
-{
-    struct line lines[N_LINES];
-
-    list_lines(c, lines);
-    for (unsigned k = 0; k < N_LINES && dx_gpio_where_given(line); k++)
-        if (dx_gpio_where_given(lines[k].where) && !strcmp(lines[k].where, line))
-            return true;
-    return false;
+    lines[0] = (struct dx_rig_line){"interlock.line", c->interlock.line};
+    lines[1] = (struct dx_rig_line){"laser.line", c->laser.line};
+    lines[2] = (struct dx_rig_line){"trigger_in.line", c->trigger_in.line};
+    lines[3] = (struct dx_rig_line){"trigger_out.line", c->trigger_out.line};
+    lines[4] = (struct dx_rig_line){"pps.line", c->pps.line};
+    lines[5] = (struct dx_rig_line){"led.line", c->led.line};
 }
 
 bool dx_rig_is_wanted(const struct dx_rig_config *c)
 {
-    struct line lines[N_LINES];
+    struct dx_rig_line lines[N_LINES];
     bool any = false;
 
-    list_lines(c, lines);
+    dx_rig_list(c, lines);
     for (unsigned k = 0; k < N_LINES; k++)
         any |= dx_gpio_where_given(lines[k].where);
     return any;
@@ -43,9 +26,9 @@ bool dx_rig_is_wanted(const struct dx_rig_config *c)
 
 static const char *check_lines(const struct dx_rig_config *c, const char **key)
 {
-    struct line lines[N_LINES];
+    struct dx_rig_line lines[N_LINES];
 
-    list_lines(c, lines);
+    dx_rig_list(c, lines);
     for (unsigned k = 0; k < N_LINES; k++) {
         *key = lines[k].key;
         if (!dx_gpio_where_given(lines[k].where))
@@ -53,7 +36,7 @@ static const char *check_lines(const struct dx_rig_config *c, const char **key)
         if (dx_gpio_where_check(lines[k].where))
             return dx_gpio_where_check(lines[k].where);
         for (unsigned i = 0; i < k; i++)
-            if (dx_gpio_where_given(lines[i].where) && !strcmp(lines[i].where, lines[k].where))
+            if (dx_gpio_where_same(lines[i].where, lines[k].where))
                 return "this line has another purpose already";
     }
     return NULL;

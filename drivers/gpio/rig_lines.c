@@ -1,6 +1,8 @@
 /* What a rig's lines are asked for, and what the inputs have said. Its thread. */
 #include "drivers/gpio/rig_priv.h"
 
+#include "drivers/monotonic.h"
+
 #include <time.h>
 
 #define BATCH 64
@@ -51,7 +53,7 @@ size_t dx_rig_lines(struct dx_rig *r, struct dx_gpio_line lines[DX_RIG_N_ROLES])
 static uint64_t real_ns(uint64_t mono_ns)
 {
     struct timespec t;
-    uint64_t now = dx_line_now(), real;
+    uint64_t now = dx_clock_ns(), real;
 
     clock_gettime(CLOCK_REALTIME, &t);
     real = (uint64_t)t.tv_sec * NS + (uint64_t)t.tv_nsec;

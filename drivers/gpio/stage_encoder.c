@@ -10,6 +10,7 @@
 #include "drivers/gpio/edge_merge.h"
 #include "drivers/gpio/line_thread.h"
 #include "drivers/gpio/quadrature.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -116,7 +117,7 @@ static int look_at_levels(struct encoder *e, uint64_t now_ns)
 /* Takes what has come; the mutex is held. 0 or e->failure. */
 static int take_in(struct encoder *e)
 {
-    uint64_t now = dx_line_now();
+    uint64_t now = dx_clock_ns();
     uint64_t horizon = e->port->is_ordered ? now : now - SETTLE_NS;
     int n = 1;
 
@@ -252,25 +253,38 @@ void dx_encoder_tell(struct dx_angle_source *source, struct dx_encoder_status *s
 /* ---- opening
  * ------------------------------------------------------------------------------------ */
 
-static bool are_one(const char *a, const char *b)
+static const char *check_lines(const struct dx_encoder_config *c, const char **key)
 {
-    return dx_gpio_where_given(a) && dx_gpio_where_given(b) && !strcmp(a, b);
-}
-
-const char *dx_encoder_check(const struct dx_encoder_config *c)
-{
-    if (!dx_gpio_where_given(c->a) || !dx_gpio_where_given(c->b))
+    *key = "stage.encoder.a";
+    if (!dx_gpio_where_given(c->a))
         return "an encoder needs its lines a and b";
     if (dx_gpio_where_check(c->a))
         return dx_gpio_where_check(c->a);
+    *key = "stage.encoder.b";
+    if (!dx_gpio_where_given(c->b))
+        return "an encoder needs its lines a and b";
     if (dx_gpio_where_check(c->b))
         return dx_gpio_where_check(c->b);
+    if (dx_gpio_where_same(c->a, c->b))
+        return "an encoder has a line for each of a, b and z";
+    *key = "stage.encoder.z";
     if (dx_gpio_where_given(c->z) && dx_gpio_where_check(c->z))
         return dx_gpio_where_check(c->z);
-    if (are_one(c->a, c->b) || are_one(c->a, c->z) || are_one(c->b, c->z))
+    if (dx_gpio_where_same(c->a, c->z) || dx_gpio_where_same(c->b, c->z))
         return "an encoder has a line for each of a, b and z";
+    return NULL;
+}
+
+const char *dx_encoder_check(const struct dx_encoder_config *c, const char **key)
+{
+    const char *why = check_lines(c, key);
+
+    if (why)
+        return why;
+    *key = "stage.encoder.counts";
     if (c->counts < 4 || c->counts > 1u << 24 || c->counts % 4)
         return "counts of an encoder are a multiple of four, at most 16777216";
+    *key = "stage.encoder.gear";
     if (!(c->gear >= 1e-3 && c->gear <= 1e6))
         return "gear is from 0.001 to 1000000";
     return NULL;
@@ -321,14 +335,14 @@ static int request_lines(struct encoder *e, const struct dx_gpio_bank *bank, str
                        levels[DX_QUADRATURE_B]);
     dx_edge_merge_init(&e->merge, n);
     /* somewhere in the first count */
-    dx_angle_track_init(&e->track, dx_line_now(), 0.5, n == 3);
+    dx_angle_track_init(&e->track, dx_clock_ns(), 0.5, n == 3);
     return 0;
 }
 
 int dx_encoder_open_on(struct dx_angle_source **out, const struct dx_encoder_config *config,
                        const struct dx_gpio_bank *bank, struct dx_err *err)
 {
-    const char *why = dx_encoder_check(config);
+    const char *key, *why = dx_encoder_check(config, &key);
     struct encoder *e;
     int r;
 

@@ -1,24 +1,22 @@
 /*
- * The driver: a link, a session on it, and an angle source; or a decoder. read() drives the session
- * until a scan is whole; the block is made around the scan's bytes where they lie. Owned by the
- * reader thread; wake() from any.
+ * The driver: a talk with a scanner, which is found first where there may be several, and an angle
+ * source; or a decoder. read() drives the talk until a scan is whole; the block is made around the
+ * scan's bytes where they lie. Owned by the reader thread; wake() from any.
  */
 #include "drivers/hokuyo/hokuyo.h"
 
 #include "drivers/hokuyo/hokuyo_probe.h"
+#include "drivers/hokuyo/hokuyo_seek.h"
 #include "drivers/hokuyo/scip_decoder.h"
-#include "drivers/hokuyo/scip_link.h"
-#include "drivers/hokuyo/scip_session.h"
+#include "drivers/hokuyo/scip_talk.h"
 
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define IN_LEN       4096
-#define READ_MS      100           /* most that read() waits */
 #define SILENCE_NS   2000000000ull /* of a scanner whose speed is not known yet */
 #define STOP_NS      (600 * MS)    /* whatever a scanner answers to QT, or not */
 #define MS           1000000u
@@ -27,15 +25,12 @@
 
 struct dx_device {
     struct dx_hokuyo_config config; /* without its texts */
-    struct dx_scip_link *link;
-    struct dx_scip_session session;
-    struct dx_angle_source *angle;
+    struct dx_scip_talk talk;
+    struct dx_hokuyo_seek *seek;   /* while the scanner is looked for among several; else NULL */
+    struct dx_angle_source *angle; /* NULL: not reached yet */
     const struct dx_interlock *interlock; /* NULL: none */
     bool started, is_dark;                /* by the interlock */
     char serial[64];                      /* that is wanted; "": any */
-    uint8_t in[IN_LEN];                   /* bytes [in_at, in_len) wait for the session */
-    size_t in_at, in_len;
-    uint64_t in_ns; /* when they came */
     uint64_t n_blocks;
     struct dx_angle_sample samples[DX_SCIP_BLOCK_ANGLES];
     double stride; /* columns that the stage goes on from scan to scan; about, of late */
@@ -48,8 +43,8 @@ static void hokuyo_close(struct dx_device *dev)
 {
     if (!dev)
         return;
-    dx_scip_link_close(dev->link);
-    dx_scip_session_fini(&dev->session);
+    dx_hokuyo_seek_free(dev->seek);
+    dx_scip_talk_fini(&dev->talk);
     dx_angle_close(dev->angle);
     dx_scip_decoder_free(dev->decoder);
     free(dev);
@@ -57,7 +52,7 @@ static void hokuyo_close(struct dx_device *dev)
 
 static int new_device(struct dx_device **out, const struct dx_hokuyo_config *c, struct dx_err *err)
 {
-    const char *why = dx_hokuyo_check(c);
+    const char *key, *why = dx_hokuyo_check(c, &key);
     struct dx_device *dev;
 
     if (why)
@@ -65,6 +60,7 @@ static int new_device(struct dx_device **out, const struct dx_hokuyo_config *c, 
     dev = calloc(1, sizeof(*dev));
     if (!dev)
         return dx_err_set(err, -ENOMEM, "hokuyo: no memory");
+    dx_scip_talk_init(&dev->talk);
     dev->config = *c;
     dev->config.tty = dev->config.tcp = dev->config.port = dev->config.serial = NULL; /* not ours */
     *out = dev;
@@ -99,6 +95,20 @@ static struct dx_scip_want wanted(const struct dx_hokuyo_config *c)
     };
 }
 
+/* Of the scanners on USB one is to be found, unless their place is named. */
+static int open_link(struct dx_device *dev, const struct dx_hokuyo_config *c, struct dx_err *err)
+{
+    struct dx_scip_link *link;
+    int r;
+
+    if (dx_hokuyo_is_sought(c))
+        return dx_hokuyo_seek_new(&dev->seek, dev->serial, err);
+    r = dx_scip_link_open(&link, c, err);
+    if (r == 0)
+        dx_scip_talk_set_link(&dev->talk, link);
+    return r;
+}
+
 static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_hokuyo_config *c = config;
@@ -109,9 +119,7 @@ static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err
         return r;
     if (c->serial)
         snprintf(dev->serial, sizeof(dev->serial), "%s", c->serial);
-    r = dx_scip_link_open(&dev->link, c, err);
-    if (r == 0)
-        r = dx_angle_open(&dev->angle, &dev->config.stage.angle, err);
+    r = open_link(dev, c, err);
     if (r) {
         hokuyo_close(dev);
         return r;
@@ -120,33 +128,35 @@ static int hokuyo_open(struct dx_device **out, const void *config, struct dx_err
     return 0;
 }
 
+static int hokuyo_connect(struct dx_device *dev, struct dx_err *err)
+{
+    struct dx_scip_link *link = dev->talk.link;
+    int r = 0;
+
+    if (dev->seek) {
+        r = dx_hokuyo_seek_step(dev->seek, &dev->talk, err);
+        if (r == 0) /* by the serial of USB, or its own */
+            dev->serial[0] = 0;
+    } else if (link->ops->connect) {
+        r = link->ops->connect(link, DX_SCIP_READ_MS, err);
+    }
+    return r ? r : dx_angle_open(&dev->angle, &dev->config.stage.angle, err);
+}
+
 /* A talk from its beginning. The counts are those of the stay. */
 static int begin(struct dx_device *dev, struct dx_err *err)
 {
     struct dx_scip_want want = wanted(&dev->config);
-    struct dx_scip_counts counts = dev->session.counts;
-    int r;
 
-    dx_scip_session_fini(&dev->session);
-    r = dx_scip_session_init(&dev->session, &want, DX_SCIP_BLOCK_HEADROOM, dx_pace_now());
-    if (r)
-        return dx_err_set(err, r, "%s: no memory", dev->link->place);
-    dev->session.counts = counts;
-    dev->in_at = dev->in_len = 0;
     dev->started = true;
-    return 0;
+    return dx_scip_talk_begin(&dev->talk, &want, DX_SCIP_BLOCK_HEADROOM, err);
 }
 
 static int hokuyo_start(struct dx_device *dev, struct dx_err *err)
 {
-    int r;
-
-    dev->session.counts = (struct dx_scip_counts){0};
-    r = begin(dev, err);
-    if (r)
-        return r;
+    dev->talk.session.counts = (struct dx_scip_counts){0};
     dev->n_blocks = 0;
-    return 0;
+    return begin(dev, err);
 }
 
 /* ---- read -------------------------------------------------------------------------------------
@@ -169,7 +179,7 @@ static void measure_stride(struct dx_device *dev, const struct dx_scip_block *b,
 /* The scan in the session, with the angles that the stage had during it. */
 static void make_block(struct dx_device *dev, struct dx_block *block)
 {
-    const struct dx_scip_session *s = &dev->session;
+    const struct dx_scip_session *s = &dev->talk.session;
     const struct dx_scip_scan *scan = &s->scan;
     double step_ns = dx_scip_period_ns(&s->params) / s->params.ares;
     uint64_t from_ns = scan->host_ns + (uint64_t)(step_ns * s->request.first);
@@ -197,105 +207,49 @@ static void make_block(struct dx_device *dev, struct dx_block *block)
         .stamp = {scan->arrival_ns, scan->device_ns, DX_CLOCK_DEVICE},
         .number = dev->n_blocks,
         .first = dev->n_blocks == 0,
-        .source = dev->link->place,
+        .source = dev->talk.link->place,
     };
     block->bytes =
         dx_scip_block_put(s->lines.reply, scan->len, &b, dev->samples, n_angles, &block->len);
     dev->n_blocks++;
 }
 
-/* Feeds what waits; 0 when a scan has become whole. */
-static int feed(struct dx_device *dev)
-{
-    struct dx_scip_session *s = &dev->session;
-
-    while (dev->in_at < dev->in_len) {
-        dev->in_at +=
-            dx_scip_session_feed(s, dev->in + dev->in_at, dev->in_len - dev->in_at, dev->in_ns);
-        if (s->scan_ready)
-            return 0;
-    }
-    return DX_DRIVER_E_AGAIN;
-}
-
-static int send_waiting(struct dx_device *dev, struct dx_err *err)
-{
-    struct dx_scip_session *s = &dev->session;
-    size_t len = s->out_len;
-    int r;
-
-    if (len == 0)
-        return 0;
-    r = dev->link->ops->write(dev->link, s->out, len, err);
-    if (r == 0)
-        dx_scip_session_sent(s, len, dx_pace_now());
-    return r;
-}
-
-/* Milliseconds until the session, the angle source or the caller wants to be heard. */
-static int wait_ms(const struct dx_device *dev, uint64_t until_ns, uint64_t now_ns)
-{
-    uint64_t next = dev->session.deadline_ns < until_ns ? dev->session.deadline_ns : until_ns;
-    uint64_t ms = next > now_ns ? (next - now_ns + MS - 1) / MS : 0;
-
-    if (dev->angle->pump_ms && ms > dev->angle->pump_ms)
-        ms = dev->angle->pump_ms;
-    return (int)ms;
-}
-
 /* Another scanner than the one that is meant is a fault: it is there, and it is not taken. */
 static int check_serial(const struct dx_device *dev, struct dx_err *err)
 {
-    const char *found = dev->session.identity.serial, *want = dev->serial;
+    const struct dx_scip_session *s = &dev->talk.session;
 
-    if (!want[0] || !dev->session.is_known || !strcmp(found, want))
+    if (!s->is_known || !dev->serial[0] || !strcmp(s->identity.serial, dev->serial))
         return 0;
-    if (!found[0])
-        return dx_err_set(err, -ENXIO, "%s: the scanner tells no serial number, expected '%s'",
-                          dev->link->place, want);
-    return dx_err_set(err, -ENXIO, "%s: serial number is '%s', expected '%s'", dev->link->place,
-                      found, want);
+    return dx_hokuyo_seek_wrong(err, dev->talk.link->place, s->identity.serial, dev->serial);
 }
 
 /* One wait for bytes. 0: look again. */
 static int step(struct dx_device *dev, uint64_t until_ns, struct dx_err *err)
 {
-    uint64_t now = dx_pace_now();
-    int r;
+    uint64_t pump_ns = dx_clock_ns() + (uint64_t)dev->angle->pump_ms * MS;
+    int r = dev->angle->ops->pump(dev->angle, err);
 
-    dx_scip_session_tick(&dev->session, now);
-    if (dev->session.dead)
-        return dx_err_set(err, -ETIMEDOUT, "%s: %s", dev->link->place, dev->session.trouble);
-    r = send_waiting(dev, err);
-    if (r == 0)
-        r = dev->angle->ops->pump(dev->angle, err);
-    if (r == 0)
-        r = dev->link->ops->read(dev->link, dev->in, sizeof(dev->in), &dev->in_len,
-                                 wait_ms(dev, until_ns, now), err);
-    dev->in_at = 0;
-    if (r) {
-        dev->in_len = 0;
-        return r;
-    }
-    dev->in_ns = dx_pace_now();
-    return 0;
+    if (dev->angle->pump_ms && pump_ns < until_ns)
+        until_ns = pump_ns;
+    return r ? r : dx_scip_talk_step(&dev->talk, until_ns, err);
 }
 
 static void hokuyo_stop(struct dx_device *dev)
 {
-    struct dx_scip_session *s = &dev->session;
-    uint64_t due = dx_pace_now() + STOP_NS;
+    struct dx_scip_session *s = &dev->talk.session;
+    uint64_t due = dx_clock_ns() + STOP_NS;
     struct dx_err err;
     int r = 0;
 
     if (!dev->started)
         return;
     dev->started = false;
-    dx_scip_session_stop(s, dx_pace_now());
-    while (r == 0 && s->state != DX_SCIP_STOPPED && dx_pace_now() < due) {
+    dx_scip_session_stop(s, dx_clock_ns());
+    while (r == 0 && s->state != DX_SCIP_STOPPED && dx_clock_ns() < due) {
         r = step(dev, s->deadline_ns, &err);
         r = r == DX_DRIVER_E_AGAIN ? 0 : r;
-        while (feed(dev) == 0)
+        while (dx_scip_talk_feed(&dev->talk) == 0)
             ; /* what still comes is not wanted */
     }
 }
@@ -308,19 +262,20 @@ static void hokuyo_guard(struct dx_device *dev, const struct dx_interlock *inter
 /* The interlock is open: the scanner's laser off (QT), and not a word until it is closed. */
 static int wait_dark(struct dx_device *dev, struct dx_err *err)
 {
+    struct dx_scip_talk *t = &dev->talk;
     int r;
 
     if (!dev->is_dark)
         hokuyo_stop(dev);
     dev->is_dark = true;
-    r = dev->link->ops->read(dev->link, dev->in, sizeof(dev->in), &dev->in_len, READ_MS, err);
-    dev->in_len = 0; /* what still comes is not wanted */
+    r = t->link->ops->read(t->link, t->in, sizeof(t->in), &t->in_len, DX_SCIP_READ_MS, err);
+    t->in_len = 0; /* what still comes is not wanted */
     return r ? r : DX_DRIVER_E_AGAIN;
 }
 
 static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
 {
-    uint64_t until = dx_pace_now() + (uint64_t)READ_MS * MS;
+    uint64_t until = dx_clock_ns() + (uint64_t)DX_SCIP_READ_MS * MS;
     struct dx_interlock_state interlock;
     int r = 0;
 
@@ -331,8 +286,8 @@ static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_
     dev->is_dark = false;
     if (r)
         return r;
-    while ((r = feed(dev)) == DX_DRIVER_E_AGAIN) {
-        if (dx_pace_now() >= until)
+    while ((r = dx_scip_talk_feed(&dev->talk)) == DX_DRIVER_E_AGAIN) {
+        if (dx_clock_ns() >= until)
             return r;
         r = check_serial(dev, err);
         if (r == 0)
@@ -340,6 +295,8 @@ static int hokuyo_read(struct dx_device *dev, struct dx_block *block, struct dx_
         if (r)
             return r;
     }
+    if (dev->n_blocks == 0)
+        dx_hokuyo_seek_learn(dev->talk.link, dev->talk.session.identity.serial);
     make_block(dev, block);
     return 0;
 }
@@ -355,12 +312,12 @@ static int hokuyo_decode(struct dx_device *dev, const struct dx_block *block,
 
 static void hokuyo_wake(struct dx_device *dev)
 {
-    dev->link->ops->wake(dev->link);
+    dx_scip_talk_wake(&dev->talk);
 }
 
 static uint64_t hokuyo_silence_ns(const struct dx_device *dev)
 {
-    const struct dx_scip_session *s = &dev->session;
+    const struct dx_scip_session *s = &dev->talk.session;
 
     if (s->suspended) /* it has said so, and the session waits that long before it begins anew */
         return DX_SCIP_MAX_SUSPENSION + SILENCE_NS;
@@ -371,14 +328,15 @@ static uint64_t hokuyo_silence_ns(const struct dx_device *dev)
 
 static void hokuyo_health(const struct dx_device *dev, struct dx_device_health *out)
 {
-    const struct dx_scip_session *s = &dev->session;
+    const struct dx_scip_session *s = &dev->talk.session;
 
     *out = (struct dx_device_health){.n_lost = s->counts.n_lost, .n_damaged = s->counts.n_bad};
     snprintf(out->serial, sizeof(out->serial), "%s", s->identity.serial);
-    snprintf(out->place, sizeof(out->place), "%s", dev->link->place);
+    if (dev->talk.link)
+        snprintf(out->place, sizeof(out->place), "%s", dev->talk.link->place);
     if (s->trouble[0] || s->stat[0])
         snprintf(out->trouble, sizeof(out->trouble), "%s", s->trouble[0] ? s->trouble : s->stat);
-    else
+    else if (dev->angle)
         dev->angle->ops->trouble(dev->angle, out->trouble, sizeof(out->trouble));
     if (!out->trouble[0] && dev->stride > MAX_STRIDE)
         snprintf(out->trouble, sizeof(out->trouble),
@@ -391,7 +349,7 @@ static void hokuyo_describe(struct dx_device *dev, char *text, size_t len)
     if (dev->decoder)
         dx_scip_decoder_describe(dev->decoder, text, len);
     else
-        snprintf(text, len, "hokuyo: %s", dev->session.identity.serial);
+        snprintf(text, len, "hokuyo: %s", dev->talk.session.identity.serial);
 }
 
 static bool is_remote(const void *config)
@@ -408,6 +366,7 @@ const struct dx_driver dx_hokuyo_driver = {
     .subsystems = subsystems,
     .open = hokuyo_open,
     .open_decoder = open_decoder,
+    .connect = hokuyo_connect,
     .start = hokuyo_start,
     .read = hokuyo_read,
     .decode = hokuyo_decode,

@@ -31,7 +31,7 @@ struct dx_hokuyo_config {
 
 extern const struct dx_driver dx_hokuyo_driver;
 
-/* NULL, or what in it does not go together. */
-const char *dx_hokuyo_check(const struct dx_hokuyo_config *config);
+/* NULL, or what in it does not go together, and *key is the key at fault ("stage.angles"). */
+const char *dx_hokuyo_check(const struct dx_hokuyo_config *config, const char **key);
 
 #endif

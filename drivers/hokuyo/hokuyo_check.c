@@ -14,18 +14,24 @@ static bool is_address(const char *tcp)
            dx_scip_tcp_split(text, &host, &port);
 }
 
-const char *dx_hokuyo_check(const struct dx_hokuyo_config *c)
+const char *dx_hokuyo_check(const struct dx_hokuyo_config *c, const char **key)
 {
-    const char *ways[] = {c->tty, c->tcp, c->port};
+    const struct {
+        const char *key, *value;
+    } ways[] = {{"tty", c->tty}, {"tcp", c->tcp}, {"port", c->port}};
     unsigned n = 0;
 
-    for (size_t k = 0; k < sizeof(ways) / sizeof(ways[0]); k++)
-        n += ways[k] && ways[k][0];
-    if (n > 1)
-        return "found several of tty, tcp and port, expected one";
+    for (size_t k = 0; k < sizeof(ways) / sizeof(ways[0]); k++) {
+        *key = ways[k].key;
+        n += ways[k].value && ways[k].value[0];
+        if (n > 1)
+            return "found several of tty, tcp and port, expected one";
+    }
+    *key = "tcp";
     if (c->tcp && c->tcp[0] && !is_address(c->tcp))
         return "found a tcp that is no address, expected HOST or HOST:PORT";
+    *key = "last_step";
     if (c->first_step >= 0 && c->last_step >= 0 && c->first_step >= c->last_step)
         return "found a last_step that is not behind first_step";
-    return dx_stage_check(&c->stage);
+    return dx_stage_check(&c->stage, key);
 }

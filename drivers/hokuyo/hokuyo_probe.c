@@ -2,12 +2,10 @@
  * tells, which would disturb who uses it. */
 #include "drivers/hokuyo/hokuyo_probe.h"
 
+#include "drivers/hokuyo/scip_link.h"
 #include "drivers/udev.h"
 
 #include <stdio.h>
-
-#define VENDOR  0x15d1
-#define PRODUCT 0x0000
 
 struct probe {
     void (*found)(void *ctx, const struct dx_device_found *device);
@@ -21,7 +19,7 @@ static bool take(void *ctx, const struct dx_udev_device *d)
         .name = "Hokuyo line scanner", .node = d->node, .serial = "", .place = d->place};
     char yaml[128];
 
-    if (d->vendor != VENDOR || d->product != PRODUCT)
+    if (d->vendor != DX_HOKUYO_USB_VENDOR || d->product != DX_HOKUYO_USB_PRODUCT)
         return true;
     snprintf(yaml, sizeof(yaml),
              "port: \"%s\"\n#stage: {rpm: 30} # or its encoder: see dexeld.yaml(5)\n", d->port);

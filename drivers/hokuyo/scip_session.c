@@ -9,18 +9,17 @@
 #include <stdio.h>
 #include <string.h>
 
-#define ECHO_LEN      13 /* of a stream's command: without the count */
-#define BAD_A_SECOND  8
-#define MAX_BACKOFF_S 30
-#define CALM_NS       (60 * DX_SCIP_S) /* of streaming: a fault after that is a first one again */
-#define SILENT_LIMIT  2
+#define ECHO_LEN     13 /* of a stream's command: without the count */
+#define BAD_A_SECOND 8
+#define CALM_NS      (60 * DX_SCIP_S) /* of streaming: a fault after that is a first one again */
+#define SILENT_LIMIT 2
 
 int dx_scip_session_init(struct dx_scip_session *s, const struct dx_scip_want *want,
                          size_t headroom, uint64_t now_ns)
 {
     int r;
 
-    *s = (struct dx_scip_session){.want = *want, .backoff_s = 1};
+    *s = (struct dx_scip_session){.want = *want};
     r = dx_scip_lines_init(&s->lines, headroom);
     if (r)
         return r;
@@ -60,12 +59,10 @@ static void restart(struct dx_scip_session *s, uint64_t now_ns)
     dx_scip_enter(s, DX_SCIP_FLUSH, now_ns);
 }
 
-/* The pause before the next attempt grows: 1, 2, 4 ... 30 s. */
 static void back_off(struct dx_scip_session *s, uint64_t now_ns)
 {
     s->counts.n_restarts++;
-    pause_for(s, s->backoff_s * DX_SCIP_S, now_ns);
-    s->backoff_s = 2 * s->backoff_s < MAX_BACKOFF_S ? 2 * s->backoff_s : MAX_BACKOFF_S;
+    pause_for(s, dx_backoff_next(&s->backoff), now_ns);
 }
 
 static void give_up(struct dx_scip_session *s, uint64_t now_ns)
@@ -305,7 +302,7 @@ static void handle_scan(struct dx_scip_session *s, struct dx_scip_scan *scan, ui
     s->scan = *scan;
     s->scan_ready = true;
     if (now_ns - s->run_from_ns > CALM_NS)
-        s->backoff_s = 1;
+        dx_backoff_reset(&s->backoff);
     if (!s->suspended && s->n_since_start == 2) /* it runs: what was before is over */
         s->trouble[0] = 0;
     s->deadline_ns = now_ns + dx_scip_quiet_ns(s);

@@ -10,6 +10,7 @@
 #ifndef DX_SCIP_SESSION_H
 #define DX_SCIP_SESSION_H
 
+#include "drivers/backoff.h"
 #include "drivers/hokuyo/scip_clock.h"
 #include "drivers/hokuyo/scip_scan.h"
 
@@ -76,14 +77,14 @@ struct dx_scip_session {
     struct dx_scip_lines lines;
     uint8_t out[64];
     size_t out_len;
-    uint64_t deadline_ns; /* when tick() has something to do */
-    unsigned tries;       /* of the command that is out */
-    uint64_t sent_ns;     /* when it went out */
-    unsigned n_times;     /* TM1 so far */
-    uint64_t quiet_ns;    /* FLUSH: silence until then */
-    bool saw_qt, is_old;  /* FLUSH: QT was answered; by SCIP 1.1 */
-    unsigned n_silent;    /* restarts in a row without any answer */
-    unsigned backoff_s;   /* of the next fault */
+    uint64_t deadline_ns;      /* when tick() has something to do */
+    unsigned tries;            /* of the command that is out */
+    uint64_t sent_ns;          /* when it went out */
+    unsigned n_times;          /* TM1 so far */
+    uint64_t quiet_ns;         /* FLUSH: silence until then */
+    bool saw_qt, is_old;       /* FLUSH: QT was answered; by SCIP 1.1 */
+    unsigned n_silent;         /* restarts in a row without any answer */
+    struct dx_backoff backoff; /* of faults */
 
     struct dx_scip_params params;
     struct dx_scip_identity identity;

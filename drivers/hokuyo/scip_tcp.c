@@ -1,5 +1,10 @@
-/* A scanner on the network: TCP, port 10940. */
-#include "drivers/hokuyo/scip_link.h"
+/*
+ * A scanner on the network: TCP, port 10940. Connecting is begun at the opening and waited for by
+ * connect(), so that it can be woken; a name is asked for at the opening, which cannot.
+ */
+#include "drivers/hokuyo/scip_fd.h"
+
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <netdb.h>
@@ -13,7 +18,7 @@
 #include <unistd.h>
 
 #define PORT       "10940"
-#define CONNECT_MS 2000
+#define CONNECT_NS UINT64_C(2000000000) /* for each of its addresses */
 #define DEAD_MS    5000 /* unanswered bytes, or probes, for so long: the scanner is gone */
 
 /* Digits of a port, 1 to 65535. */
@@ -58,51 +63,116 @@ static void set_up(int fd)
     setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &dead_ms, sizeof(dead_ms));
 }
 
-/* A connected socket, or -errno. */
-static int connect_to(const struct addrinfo *a)
+struct tcp_link {
+    struct dx_scip_fd fd;         /* its fd -1: between two addresses */
+    struct addrinfo *list, *next; /* list NULL: it is connected */
+    uint64_t due_ns;              /* for the address that is tried */
+    int code;                     /* why the last one failed */
+};
+
+static void give_up(struct tcp_link *l, int code)
 {
-    int fd = socket(a->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), error = 0;
-    struct pollfd p = {.fd = fd, .events = POLLOUT};
+    close(l->fd.fd);
+    l->fd.fd = -1;
+    l->code = code;
+}
+
+/* The next address that takes a connection, or may: l->fd.fd is -1 when there is none. */
+static void begin(struct tcp_link *l)
+{
+    while (l->next && l->fd.fd < 0) {
+        const struct addrinfo *a = l->next;
+
+        l->next = a->ai_next;
+        l->fd.fd = socket(a->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+        l->due_ns = dx_clock_ns() + CONNECT_NS;
+        if (l->fd.fd < 0)
+            l->code = -errno;
+        else if (connect(l->fd.fd, a->ai_addr, a->ai_addrlen) < 0 && errno != EINPROGRESS)
+            give_up(l, -errno);
+    }
+}
+
+/* The kernel has an answer. */
+static void finish(struct tcp_link *l)
+{
+    int error = 0;
     socklen_t len = sizeof(error);
 
-    if (fd < 0)
-        return -errno;
-    if (connect(fd, a->ai_addr, a->ai_addrlen) < 0)
+    if (getsockopt(l->fd.fd, SOL_SOCKET, SO_ERROR, &error, &len) < 0)
         error = errno;
-    if (error == EINPROGRESS) {
-        if (poll(&p, 1, CONNECT_MS) == 1)
-            getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &len);
-        else
-            error = ETIMEDOUT;
-    }
     if (error) {
-        close(fd);
-        return -error;
+        give_up(l, -error);
+        return;
     }
-    set_up(fd);
-    return fd;
+    set_up(l->fd.fd);
+    freeaddrinfo(l->list);
+    l->list = l->next = NULL;
+}
+
+static int tcp_connect(struct dx_scip_link *link, int timeout_ms, struct dx_err *err)
+{
+    struct tcp_link *l = (struct tcp_link *)link;
+    uint64_t now = dx_clock_ns();
+    int r;
+
+    if (!l->list)
+        return 0;
+    begin(l);
+    if (l->fd.fd < 0) /* not GONE: nothing would tell that it has come */
+        return dx_err_set(err, l->code, "%s: %s", link->place, strerror(-l->code));
+    r = dx_scip_fd_wait(&l->fd, POLLOUT, timeout_ms, err);
+    if (r == 0)
+        finish(l);
+    else if (r == DX_DRIVER_E_AGAIN && now >= l->due_ns)
+        give_up(l, -ETIMEDOUT);
+    return l->list && r >= 0 ? DX_DRIVER_E_AGAIN : r;
+}
+
+static void tcp_close(struct dx_scip_link *link)
+{
+    struct tcp_link *l = (struct tcp_link *)link;
+
+    if (l->list)
+        freeaddrinfo(l->list);
+    dx_scip_fd_fini(&l->fd);
+    free(l);
 }
 
 int dx_scip_link_open_tcp(struct dx_scip_link **out, const char *address, struct dx_err *err)
 {
+    static const struct dx_scip_link_ops ops = {.connect = tcp_connect,
+                                                .write = dx_scip_fd_write,
+                                                .read = dx_scip_fd_read,
+                                                .wake = dx_scip_fd_wake,
+                                                .close = tcp_close};
     const struct addrinfo hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM};
-    struct addrinfo *list = NULL;
     char text[300], place[128];
     const char *host, *port;
-    int r, fd = -EHOSTUNREACH;
+    struct tcp_link *l;
+    int r;
 
     if (snprintf(text, sizeof(text), "%s", address) >= (int)sizeof(text))
         return dx_err_set(err, -EINVAL, "tcp: an address of more than %zu bytes", sizeof(text) - 1);
     if (!dx_scip_tcp_split(text, &host, &port))
         return dx_err_set(err, -EINVAL, "tcp: found '%s', expected HOST or HOST:PORT", address);
     snprintf(place, sizeof(place), "%.100s:%.20s", host, port);
-    r = getaddrinfo(host, port, &hints, &list);
-    if (r)
+    l = calloc(1, sizeof(*l));
+    if (!l)
+        return dx_err_set(err, -ENOMEM, "%s: no memory", place);
+    r = dx_scip_fd_init(&l->fd, &ops, place, err);
+    if (r) {
+        free(l);
+        return r;
+    }
+    r = getaddrinfo(host, port, &hints, &l->list);
+    if (r) {
+        l->list = NULL;
+        tcp_close(&l->fd.link);
         return dx_err_set(err, -EHOSTUNREACH, "%s: %s", place, gai_strerror(r));
-    for (const struct addrinfo *a = list; a && fd < 0; a = a->ai_next)
-        fd = connect_to(a);
-    freeaddrinfo(list);
-    if (fd < 0) /* not GONE: nothing would tell that it has come */
-        return dx_err_set(err, fd, "%s: %s", place, strerror(-fd));
-    return dx_scip_link_new_fd(out, fd, place, err);
+    }
+    l->next = l->list;
+    l->code = -EHOSTUNREACH;
+    *out = &l->fd.link;
+    return 0;
 }

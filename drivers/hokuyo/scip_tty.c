@@ -1,5 +1,5 @@
 /* A scanner on a tty: the kernel's CDC-ACM driver, or a serial line. */
-#include "drivers/hokuyo/scip_link.h"
+#include "drivers/hokuyo/scip_fd.h"
 
 #include "drivers/udev.h"
 

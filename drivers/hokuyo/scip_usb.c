@@ -18,7 +18,7 @@
 #define KEPT        ((size_t)64 << 10)
 #define COMMAND_MS  200
 
-static const struct dx_usb_id ids[] = {{0x15d1, 0x0000}, {0, 0}};
+static const struct dx_usb_id ids[] = {{DX_HOKUYO_USB_VENDOR, DX_HOKUYO_USB_PRODUCT}, {0, 0}};
 
 struct usb_link {
     struct dx_scip_link link;
@@ -89,7 +89,8 @@ static void usb_close(struct dx_scip_link *link)
     free(l);
 }
 
-static const struct dx_scip_link_ops usb_ops = {usb_write, usb_read, usb_wake, usb_close};
+static const struct dx_scip_link_ops usb_ops = {
+    .write = usb_write, .read = usb_read, .wake = usb_wake, .close = usb_close};
 
 /* 115200 8N1, DTR and RTS, as a terminal would ask. Scanners do not need them, and may refuse. */
 static void set_line(struct usb_link *l, uint8_t interface)
@@ -141,6 +142,7 @@ int dx_scip_link_open_usb(struct dx_scip_link **out, const char *port, struct dx
     r = dx_usb_open(&l->usb, &want, err);
     if (r == 0) {
         snprintf(l->link.place, sizeof(l->link.place), "usb %s", dx_usb_tell(l->usb)->port);
+        snprintf(l->link.node, sizeof(l->link.node), "%s", dx_usb_tell(l->usb)->node);
         r = set_up(l, err);
     }
     if (r) {

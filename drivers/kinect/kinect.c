@@ -7,7 +7,7 @@
 #include "drivers/kinect/kinect_clock.h"
 #include "drivers/kinect/kinect_decode.h"
 #include "drivers/kinect/kinect_link.h"
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -62,7 +62,7 @@ static uint8_t *take_frame(void *ctx, const struct dx_kinect_frame *frame)
 {
     struct dx_device *dev = ctx;
     struct dx_kinect_header *h = &dev->header;
-    uint64_t now = dx_pace_now();
+    uint64_t now = dx_clock_ns();
 
     h->ticks = frame->ticks;
     h->n_lost = frame->n_lost;
@@ -138,7 +138,7 @@ static int alloc_blocks(struct dx_device *dev, struct dx_err *err)
     return 0;
 }
 
-/* All that can be asked before the stream starts. */
+/* All that is known before it is asked. */
 static int get_ready(struct dx_device *dev, struct dx_err *err)
 {
     const struct dx_kinect_config *c = &dev->config;
@@ -153,7 +153,6 @@ static int get_ready(struct dx_device *dev, struct dx_err *err)
                           about->port);
     /* The second model streams in its other alternate setting. */
     r = dx_usb_claim(dev->link.usb, 0, windows, err);
-    r = r ? r : dx_kinect_link_constants(&dev->link, &dev->header.constants, err);
     if (r)
         return r;
     dev->header.bits = c->bits;
@@ -183,11 +182,23 @@ static int kinect_open(struct dx_device **out, const void *config, struct dx_err
     return 0;
 }
 
+/* A camera that does not answer is asked for a second, unless somebody wants the thread back: then
+ * it is asked anew. */
+static int kinect_connect(struct dx_device *dev, struct dx_err *err)
+{
+    int r;
+
+    dx_usb_heed_wake(dev->link.usb, true);
+    r = dx_kinect_link_constants(&dev->link, &dev->header.constants, err);
+    dx_usb_heed_wake(dev->link.usb, false);
+    return r;
+}
+
 static void kinect_stop(struct dx_device *dev)
 {
     if (!dev->stream)
         return;
-    dev->link.due_ns = dx_pace_now() + STOP_NS;
+    dev->link.due_ns = dx_clock_ns() + STOP_NS;
     if (dev->config.near) /* it would stay so for the next program */
         dx_kinect_link_near(&dev->link, false, NULL);
     dx_kinect_link_stop(&dev->link, NULL); /* while packets still have somewhere to go */
@@ -225,10 +236,10 @@ static int kinect_start(struct dx_device *dev, struct dx_err *err)
 
 static int kinect_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
 {
-    uint64_t until_ns = dx_pace_now() + UINT64_C(1000000) * ROUND_MS;
+    uint64_t until_ns = dx_clock_ns() + UINT64_C(1000000) * ROUND_MS;
 
     while (dev->head == dev->tail) {
-        uint64_t now = dx_pace_now();
+        uint64_t now = dx_clock_ns();
         int r = now < until_ns ? dx_usb_wait(dev->link.usb, (int)((until_ns - now) / 1000000), err)
                                : DX_DRIVER_E_AGAIN;
 
@@ -336,6 +347,7 @@ const struct dx_driver dx_kinect_driver = {
     .subsystems = subsystems,
     .open = kinect_open,
     .open_decoder = kinect_open_decoder,
+    .connect = kinect_connect,
     .start = kinect_start,
     .read = kinect_read,
     .decode = kinect_decode,

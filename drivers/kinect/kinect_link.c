@@ -2,7 +2,7 @@
 #include "drivers/kinect/kinect_link.h"
 
 #include "drivers/driver.h"
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <string.h>
@@ -15,7 +15,7 @@
 /* Milliseconds for a transfer. */
 static int control_ms(const struct dx_kinect_link *link)
 {
-    uint64_t now = dx_pace_now(), left_ms;
+    uint64_t now = dx_clock_ns(), left_ms;
 
     if (!link->due_ns)
         return CONTROL_MS;
@@ -36,7 +36,7 @@ static int get_reply(struct dx_kinect_link *link, uint16_t command, const uint8_
                      size_t *len, struct dx_err *err)
 {
     const struct dx_usb_setup setup = {0xc0, 0, 0, 0};
-    uint64_t until_ns = link->due_ns ? link->due_ns : dx_pace_now() + REPLY_NS;
+    uint64_t until_ns = link->due_ns ? link->due_ns : dx_clock_ns() + REPLY_NS;
     struct dx_err why = {"found none"};
     size_t got;
     int r;
@@ -52,7 +52,7 @@ static int get_reply(struct dx_kinect_link *link, uint16_t command, const uint8_
                 return 0;
         }
         sleep_ms(1);
-    } while (dx_pace_now() < until_ns);
+    } while (dx_clock_ns() < until_ns);
     return dx_err_set(err, -EPROTO, "Kinect at port %s: no reply to command 0x%02x in time: %s",
                       dx_usb_tell(link->usb)->port, command, why.text);
 }

@@ -8,6 +8,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/hash.h"
+#include "drivers/monotonic.h"
 #include "drivers/replay.h"
 #include "drivers/synth/sight.h"
 
@@ -207,7 +208,7 @@ static int synth_read(struct dx_device *dev, struct dx_block *block, struct dx_e
     *block = (struct dx_block){
         .bytes = dev->block,
         .len = BLOCK_LEN,
-        .stamp = {dx_pace_now(), stamp, DX_CLOCK_DEVICE},
+        .stamp = {dx_clock_ns(), stamp, DX_CLOCK_DEVICE},
         .number = dev->n_blocks++,
         .source = dx_scene_name(c->scene.scene),
     };

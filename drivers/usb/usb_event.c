@@ -6,11 +6,11 @@
 #include "drivers/usb/usb_priv.h"
 
 #include "drivers/driver.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 int dx_usb_code(int libusb_error)
@@ -61,15 +61,9 @@ const char *dx_usb_text(int code)
 {
     if (code == DX_DRIVER_E_GONE)
         return "it was removed";
+    if (code == DX_DRIVER_E_AGAIN)
+        return "woken";
     return code == -EPIPE ? "refused (stall)" : strerror(-code);
-}
-
-int64_t dx_usb_now_ms(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
 
 static void fd_added(int fd, short events, void *ctx)
@@ -117,7 +111,7 @@ void dx_usb_unwatch(struct dx_usb *usb)
 int dx_usb_pump(struct dx_usb *usb, int64_t until_ms, bool heed_wake)
 {
     unsigned first = heed_wake ? 0 : 1;
-    int64_t left = until_ms - dx_usb_now_ms();
+    int64_t left = until_ms - dx_clock_ms();
     struct timeval at_once = {0, 0};
     uint64_t count;
     int r = poll(usb->fds + first, usb->n_fds - first,
@@ -143,7 +137,7 @@ int dx_usb_pump(struct dx_usb *usb, int64_t until_ms, bool heed_wake)
 
 int dx_usb_wait(struct dx_usb *usb, int timeout_ms, struct dx_err *err)
 {
-    int64_t until_ms = dx_usb_now_ms() + timeout_ms;
+    int64_t until_ms = dx_clock_ms() + timeout_ms;
     uint64_t before = usb->n_came;
     int r = 0;
 
@@ -159,7 +153,7 @@ int dx_usb_wait(struct dx_usb *usb, int timeout_ms, struct dx_err *err)
         if (usb->gone)
             return dx_err_set(err, DX_DRIVER_E_GONE, "USB device at port %s: %s", usb->about.port,
                               dx_usb_text(DX_DRIVER_E_GONE));
-        if (dx_usb_now_ms() > until_ms)
+        if (dx_clock_ms() > until_ms)
             return DX_DRIVER_E_AGAIN;
         r = dx_usb_pump(usb, until_ms, true);
     }
@@ -195,11 +189,11 @@ static int call_init(struct dx_usb_call *call, size_t len)
 /* Waits for a cancelled transfer. */
 static void call_cancel(struct dx_usb *usb, struct dx_usb_call *call)
 {
-    int64_t until_ms = dx_usb_now_ms() + DX_USB_DRAIN_MS;
+    int64_t until_ms = dx_clock_ms() + DX_USB_DRAIN_MS;
 
     if (call->flying)
         libusb_cancel_transfer(call->transfer);
-    while (call->flying && dx_usb_now_ms() <= until_ms)
+    while (call->flying && dx_clock_ms() <= until_ms)
         if (dx_usb_pump(usb, until_ms, false) < 0)
             break;
 }
@@ -228,11 +222,17 @@ bool dx_usb_calls_fini(struct dx_usb *usb)
     return control && out;
 }
 
+void dx_usb_heed_wake(struct dx_usb *usb, bool on)
+{
+    usb->heeds_wake = on;
+}
+
 /* Submits a filled transfer, and waits for it. */
 static int call(struct dx_usb *usb, struct dx_usb_call *call, int timeout_ms)
 {
-    int64_t until_ms = dx_usb_now_ms() + timeout_ms;
-    int r;
+    int64_t until_ms = dx_clock_ms() + timeout_ms;
+    bool woken = false;
+    int r = 0;
 
     if (usb->gone)
         return DX_DRIVER_E_GONE;
@@ -242,12 +242,15 @@ static int call(struct dx_usb *usb, struct dx_usb_call *call, int timeout_ms)
         return dx_usb_code(r);
     }
     call->flying = true;
-    while (call->flying && dx_usb_now_ms() <= until_ms)
-        if (dx_usb_pump(usb, until_ms, false) < 0)
-            break;
+    while (call->flying && !woken && r >= 0 && dx_clock_ms() <= until_ms) {
+        r = dx_usb_pump(usb, until_ms, usb->heeds_wake);
+        woken = usb->heeds_wake && r == DX_DRIVER_E_AGAIN && dx_clock_ms() < until_ms;
+    }
     call_cancel(usb, call);
     if (call->flying)
         return -EIO;
+    if (woken)
+        return DX_DRIVER_E_AGAIN;
     r = dx_usb_status_code(call->transfer->status);
     usb->gone |= r == DX_DRIVER_E_GONE;
     return r == -ECANCELED ? -ETIMEDOUT : r;
@@ -289,13 +292,13 @@ int dx_usb_control(struct dx_usb *usb, const struct dx_usb_setup *setup, void *b
 int dx_usb_write(struct dx_usb *usb, uint8_t endpoint, const void *bytes, size_t len,
                  int timeout_ms, struct dx_err *err)
 {
-    int64_t until_ms = dx_usb_now_ms() + timeout_ms;
+    int64_t until_ms = dx_clock_ms() + timeout_ms;
     struct dx_usb_call *c = &usb->out;
     const uint8_t *at = bytes;
 
     while (len > 0) {
         size_t n = len < DX_USB_OUT_MAX ? len : DX_USB_OUT_MAX;
-        int64_t left = until_ms - dx_usb_now_ms();
+        int64_t left = until_ms - dx_clock_ms();
         int r = -EIO;
 
         if (!c->flying) {

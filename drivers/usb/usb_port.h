@@ -89,6 +89,10 @@ int dx_usb_control(struct dx_usb *usb, const struct dx_usb_setup *setup, void *b
 int dx_usb_write(struct dx_usb *usb, uint8_t endpoint, const void *bytes, size_t len,
                  int timeout_ms, struct dx_err *err);
 
+/* Whether control requests and writes end with AGAIN when dx_usb_wake() comes, as waits do. At
+ * first they do not: a stop must get through. */
+void dx_usb_heed_wake(struct dx_usb *usb, bool on);
+
 /* What an IN stream calls for each piece that came: a bulk transfer's bytes, or one isochronous
  * packet (status 0, else it is damaged: -EIO, -EOVERFLOW ...; empty ones are left out). May not
  * call anything of this room. */

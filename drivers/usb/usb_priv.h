@@ -30,6 +30,7 @@ struct dx_usb {
     unsigned n_fds;
     bool too_many_fds;
     bool gone;
+    bool heeds_wake; /* calls do, not waits alone */
     uint64_t n_came; /* pieces given to callbacks */
     struct dx_usb_call control, out;
     struct dx_usb_stream *streams[DX_USB_MAX_STREAMS];
@@ -39,7 +40,6 @@ struct dx_usb {
 int dx_usb_code(int libusb_error);
 int dx_usb_status_code(enum libusb_transfer_status status);
 const char *dx_usb_text(int code); /* "No such file or directory" */
-int64_t dx_usb_now_ms(void);
 
 /* Events of libusb: fds of the context into `usb`, and one round of waiting and callbacks: 0, AGAIN
  * when the time is over or (with `heed_wake`) somebody woke us, or negative. */

@@ -5,6 +5,7 @@
 #include "drivers/usb/usb_priv.h"
 
 #include "drivers/driver.h"
+#include "drivers/monotonic.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -112,14 +113,14 @@ static int alloc(struct dx_usb_stream *s)
 /* False: some did not come back. */
 static bool drain(struct dx_usb_stream *s)
 {
-    int64_t until_ms = dx_usb_now_ms() + DX_USB_DRAIN_MS;
+    int64_t until_ms = dx_clock_ms() + DX_USB_DRAIN_MS;
 
     s->closing = true;
     /* Those that have come back answer NOT_FOUND. */
     for (unsigned k = 0; s->n_flying && k < s->config.n_transfers; k++)
         if (s->transfers[k])
             libusb_cancel_transfer(s->transfers[k]);
-    while (s->n_flying && dx_usb_now_ms() <= until_ms)
+    while (s->n_flying && dx_clock_ms() <= until_ms)
         if (dx_usb_pump(s->usb, until_ms, false) < 0)
             break;
     return s->n_flying == 0;

@@ -4,7 +4,7 @@
  */
 #include "drivers/v4l2/v4l2.h"
 
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 #include "drivers/v4l2/v4l2_decode.h"
 #include "drivers/v4l2/v4l2_find.h"
 #include "drivers/v4l2/v4l2_stream.h"
@@ -168,7 +168,7 @@ static void v4l2_health(const struct dx_device *dev, struct dx_device_health *ou
     *out = (struct dx_device_health){.n_lost = s->n_lost, .n_damaged = s->n_damaged};
     snprintf(out->serial, sizeof(out->serial), "%s", dev->serial);
     snprintf(out->place, sizeof(out->place), "%s", dev->place);
-    if (newest && dx_pace_now() - newest < TROUBLE_NS)
+    if (newest && dx_clock_ns() - newest < TROUBLE_NS)
         snprintf(out->trouble, sizeof(out->trouble),
                  "the stream failed and was started anew, %llu in all",
                  (unsigned long long)s->n_restarts);

@@ -1,7 +1,7 @@
 /* Reading frames of a camera, and its errors. */
 #include "drivers/v4l2/v4l2_stream.h"
 
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 
 #include <linux/videodev2.h>
 
@@ -81,7 +81,7 @@ void dx_v4l2_stream_wake(struct dx_v4l2_stream *s)
  * `code`, so that the camera is opened anew. */
 static int restart(struct dx_v4l2_stream *s, int code, const char *why, struct dx_err *err)
 {
-    uint64_t now = dx_pace_now(), first = s->failure_ns[1];
+    uint64_t now = dx_clock_ns(), first = s->failure_ns[1];
     int r;
 
     memmove(s->failure_ns, s->failure_ns + 1, sizeof(s->failure_ns) - sizeof(s->failure_ns[0]));
@@ -192,7 +192,7 @@ static bool is_due(const struct dx_v4l2_stream *s)
     return s->n_early &&
            (!s->counts || s->early[0].sequence == s->next_sequence ||
             s->n_early == DX_V4L2_MAX_EARLY || s->n_early >= s->capture.n_buffers / 2 ||
-            dx_pace_now() >= s->early_until_ns);
+            dx_clock_ns() >= s->early_until_ns);
 }
 
 static void put_in_order(struct dx_v4l2_stream *s, const struct dx_v4l2_filled *f)
@@ -200,7 +200,7 @@ static void put_in_order(struct dx_v4l2_stream *s, const struct dx_v4l2_filled *
     unsigned k = s->n_early++;
 
     if (k == 0)
-        s->early_until_ns = dx_pace_now() + DX_V4L2_EARLY_NS;
+        s->early_until_ns = dx_clock_ns() + DX_V4L2_EARLY_NS;
     for (; k > 0 && s->early[k - 1].sequence - f->sequence < UINT32_MAX / 2; k--)
         s->early[k] = s->early[k - 1];
     s->early[k] = *f;
@@ -209,7 +209,7 @@ static void put_in_order(struct dx_v4l2_stream *s, const struct dx_v4l2_filled *
 static int take_first(struct dx_v4l2_stream *s, struct dx_block *block, struct dx_err *err)
 {
     struct dx_v4l2_filled f = s->early[0];
-    uint64_t now = dx_pace_now();
+    uint64_t now = dx_clock_ns();
     int r;
 
     s->n_early--;

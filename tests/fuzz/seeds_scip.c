@@ -3,6 +3,10 @@
 #include "drivers/hokuyo/scip_session.h"
 #include "tests/hil/scip_device.h"
 
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
 #define MS 1000000u
 
 static void save(const char *folder, const char *name, uint8_t kind, const uint8_t *bytes,

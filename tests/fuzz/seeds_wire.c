@@ -145,7 +145,7 @@ static void save_bodies(void)
         [DX_MSG_STREAM_STATE] = STATE};
     const struct dx_msg_subscribe subscribe = {
         .stream = "roof", .encoding = 0, .want = 3, .lod = {64, 32}};
-    const struct dx_msg_hello hello = {.minor = DX_WIRE_MINOR, .encodings = 7};
+    const struct dx_msg_hello hello = {DX_WIRE_MAJOR, DX_WIRE_MINOR, 0, 7};
     struct script s = {0};
     struct dx_wire_header h;
 

@@ -1,9 +1,11 @@
 #!/bin/sh
-# Installs the Debian packages that only `make hil` needs, when they are not there. Kernel, headers and udev
-# are not installed: get_kernel.sh unpacks them under the build folder.
+# Installs the Debian packages that only `make hil` needs, when they are not there; `deps.sh service`: those for the guest with
+# systemd. Kernel, headers and udev are not installed: get_kernel.sh unpacks them under the build folder.
 set -eu
 
 packages='qemu-system-x86 busybox-static cpio kmod xz-utils'
+service_packages='mmdebstrap e2fsprogs debhelper dh-python fakeroot dpkg-dev'
+[ "${1:-}" != service ] || packages=$service_packages
 
 missing=
 for p in $packages; do

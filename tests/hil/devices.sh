@@ -51,9 +51,11 @@ unload_gpio_sim() {
   rmmod gpio-sim
 }
 
-# camera ORDER, kinect ORDER: to redir_uvc and redir_kinect on the other side; the answer is $answer
+# camera ORDER, kinect ORDER, scanner ORDER: to redir_uvc, redir_kinect and redir_scip on the other side; the answer is
+# $answer
 camera() { order /dev/ttyS2 "$1"; }
 kinect() { order /dev/ttyS3 "$1"; }
+scanner() { order /dev/ttyS4 "$1"; }
 order() {
   exec 4<>"$1"
   echo "$2" >&4
@@ -136,8 +138,8 @@ replays_as_live() {
 }
 
 # scip_stream KEYS...: a configuration, $run/dexeld.yaml, with a stream of a SCIP scanner on a stage that turns by 6
-# rounds a minute; scip_scanner starts the scanner (scip_sim) at the link $run/scip, and scip_expect N waits for N
-# whole frames of the room that it stands in (room_check.c)
+# rounds a minute; scip_scanner starts the scanner (scip_sim) at the link $run/scip, and scip_expect N [STREAM]
+# waits for N whole frames of the room that it stands in (room_check.c)
 scip_stream() {
   {
     echo "socket: $run/mesh.sock"
@@ -153,7 +155,9 @@ scip_scanner() {
   scip_sim --pty "$run/scip" --model urg-04lx --rpm 6 --room=-2,-1.5,-0.8,3,2.5,1.7 "$@" >"$run/scip.log" &
   await 5 test -e "$run/scip"
 }
-scip_expect() { room_check "$run/mesh.sock" "$1" -2 -1.5 -0.8 3 2.5 1.7; }
+scip_expect() { room_check "$run/mesh.sock" "$1" -2 -1.5 -0.8 3 2.5 1.7 ${2:+"$2"}; }
+# scip_revolved N: the same of a scanner that stands still (redir_scip.c)
+scip_revolved() { room_check "$run/mesh.sock" "$1" -2 -1.5 -0.8 3 2.5 1.7 still; }
 
 # A scanner with USB: the gadget side of the kernel's own CDC-ACM on dummy_hcd, joined to $run/scip; plug_scip and
 # unplug_scip attach it to the bus. Its tty on the host's side is /dev/ttyACM0.

@@ -6,8 +6,7 @@ set -eu
 B=${B:-build}
 hil=$B/hil
 kernel=$hil/kernel
-PATH=$PATH:/sbin:/usr/sbin
-release=$(cat "$kernel/version")
+. tests/hil/packing.sh
 
 # what tests load by name, with what it depends on
 modules='vivid v4l2loopback uvcvideo dummy_hcd libcomposite usb_f_fs usb_f_acm cdc-acm gpio-sim xhci-pci usbmon'
@@ -24,12 +23,6 @@ with_libraries() {
   done
 }
 
-# archive ROOT FILE
-archive() {
-  (cd "$1" && find . | sort | cpio --quiet -o -H newc -R 0:0) >"$2"
-  rm -rf "$1"
-}
-
 pack_base() {
   root=$hil/root
   rm -rf "$root"
@@ -37,16 +30,8 @@ pack_base() {
   with_libraries "$root" "$(find "$kernel/udev" -name udevadm -path '*/bin/*')"
   cp "$(command -v busybox)" "$root/bin/busybox"
   ln -s /bin/udevadm "$root/lib/systemd/systemd-udevd"
-  tree=$(cd "$kernel/tree" && pwd)
-  for m in $modules; do modprobe -d "$tree" -S "$release" --show-depends "$m" || exit; done >"$hil/modules.list"
-  sed -n 's/^insmod //p' "$hil/modules.list" | sort -u | while read -r file _; do
-    to=$root${file#"$tree"}
-    mkdir -p "${to%/*}"
-    cp "$file" "$to"
-  done
-  cp "$tree/lib/modules/$release"/modules.builtin* "$tree/lib/modules/$release"/modules.order \
-    "$root/lib/modules/$release"
-  depmod -b "$root" "$release"
+  # shellcheck disable=SC2086 # a list of words
+  modules_into "$root" $modules
   archive "$root" "$hil/base.cpio"
 }
 
@@ -64,6 +49,6 @@ pack_tests() {
   archive "$root" "$hil/tests.cpio"
 }
 
-[ -n "$(find "$hil/base.cpio" -newer "$hil/modules.stamp" -newer tests/hil/initramfs.sh 2>/dev/null)" ] || pack_base
+[ -n "$(find "$hil/base.cpio" -newer "$hil/modules.stamp" -newer tests/hil/initramfs.sh -newer tests/hil/packing.sh 2>/dev/null)" ] || pack_base
 pack_tests
 cat "$hil/base.cpio" "$hil/tests.cpio" >"$hil/guest.cpio"

@@ -15,8 +15,6 @@
 /* usbredir numbers endpoints 0-15 OUT, 16-31 IN */
 #define SLOT(address) (((address)&0x0f) | ((address)&0x80) >> 3)
 
-enum { TYPE_DEVICE = 1, TYPE_CONFIG = 2, TYPE_STRING = 3, TYPE_INTERFACE = 4, TYPE_ENDPOINT = 5 };
-
 /* A port of the guest's controller; of each call of the library, `priv`. */
 struct port {
     struct usbredirparser *parser;
@@ -24,12 +22,17 @@ struct port {
     bool greeted;
 };
 
+struct request { /* of bulk IN */
+    uint64_t id;
+    size_t len;
+};
+
 static struct {
     const struct redir_device *device;
     struct port ports[REDIR_N_PORTS];
-    struct port *in, *last;        /* where the device is plugged, or NULL; and was before */
-    uint64_t left;                 /* bytes until it is unplugged; UINT64_MAX: never */
-    uint64_t waiting[MAX_WAITING]; /* ids of bulk IN requests, the oldest first */
+    struct port *in, *last;              /* where the device is plugged, or NULL; and was before */
+    uint64_t left;                       /* bytes until it is unplugged; UINT64_MAX: never */
+    struct request waiting[MAX_WAITING]; /* the oldest first */
     unsigned n_waiting;
     bool iso_runs;
 } bus = {.last = bus.ports, .left = UINT64_MAX};
@@ -120,7 +123,7 @@ void redir_plug(bool elsewhere)
 {
     const uint8_t *d = bus.device->device;
     struct usb_redir_device_connect_header connect = {
-        .speed = usb_redir_speed_high,
+        .speed = bus.device->full_speed ? usb_redir_speed_full : usb_redir_speed_high,
         .device_class = d[4],
         .device_subclass = d[5],
         .device_protocol = d[6],
@@ -181,61 +184,6 @@ static void unplug_when_spent(void)
 
 /* ---- requests ------------------------------------------------------------------------------- */
 
-static int string_descriptor(unsigned index, const uint8_t **bytes)
-{
-    static uint8_t text[2 + 2 * 126];
-    static const uint8_t languages[4] = {4, TYPE_STRING, 0x09, 0x04};
-    const char *s;
-    size_t n;
-
-    *bytes = languages;
-    if (index == 0)
-        return sizeof(languages);
-    for (unsigned i = 1; i < index; i++)
-        if (!bus.device->strings[i - 1])
-            return -1;
-    s = bus.device->strings[index - 1];
-    if (!s)
-        return -1;
-    for (n = 0; s[n] && n < 126; n++) {
-        text[2 + 2 * n] = (uint8_t)s[n];
-        text[3 + 2 * n] = 0;
-    }
-    text[0] = (uint8_t)(2 + 2 * n);
-    text[1] = TYPE_STRING;
-    *bytes = text;
-    return text[0];
-}
-
-static int get_descriptor(const struct redir_setup *setup, const uint8_t **bytes)
-{
-    switch (setup->value >> 8) {
-    case TYPE_DEVICE:
-        *bytes = bus.device->device;
-        return 18;
-    case TYPE_CONFIG:
-        *bytes = bus.device->config;
-        return (int)bus.device->config_len;
-    case TYPE_STRING:
-        return string_descriptor(setup->value & 0xff, bytes);
-    default:
-        return -1;
-    }
-}
-
-static int answer(const struct redir_setup *setup, const uint8_t **bytes)
-{
-    static const uint8_t zero[2];
-
-    if (setup->type == 0x80 && setup->request == 6)
-        return get_descriptor(setup, bytes);
-    if ((setup->type & 0x60) == 0) { /* standard: GET_STATUS, CLEAR_FEATURE ... */
-        *bytes = zero;
-        return setup->type & 0x80 ? 2 : 0;
-    }
-    return bus.device->control(setup, bytes);
-}
-
 static void on_control(void *priv, uint64_t id, struct usb_redir_control_packet_header *header,
                        uint8_t *data, int data_len)
 {
@@ -252,7 +200,7 @@ static void on_control(void *priv, uint64_t id, struct usb_redir_control_packet_
 
     if (!(setup.type & 0x80))
         setup.length = (uint16_t)data_len;
-    len = port == bus.in ? answer(&setup, &bytes) : -1;
+    len = port == bus.in ? redir_answer(bus.device, &setup, &bytes) : -1;
     header->status = len < 0 ? usb_redir_stall : usb_redir_success;
     if (setup.type & 0x80) {
         if (len < 0)
@@ -305,9 +253,14 @@ static void on_bulk(void *priv, uint64_t id, struct usb_redir_bulk_packet_header
                     uint8_t *data, int data_len)
 {
     const struct port *port = priv;
-    (void)data_len;
+    size_t len = (size_t)header->length_high << 16 | header->length;
+
     if (port == bus.in && header->endpoint == bus.device->endpoint && bus.n_waiting < MAX_WAITING) {
-        bus.waiting[bus.n_waiting++] = id;
+        bus.waiting[bus.n_waiting++] = (struct request){id, len};
+    } else if (port == bus.in && bus.device->out && header->endpoint == bus.device->out) {
+        header->status = usb_redir_success;
+        usbredirparser_send_bulk_packet(port->parser, id, header, NULL, 0);
+        bus.device->came(data, (size_t)data_len);
     } else {
         header->status = usb_redir_stall;
         header->length = header->length_high = 0;
@@ -330,7 +283,7 @@ static void on_cancel(void *priv, uint64_t id)
                                                   .status = usb_redir_cancelled};
 
     for (unsigned i = 0; i < bus.n_waiting; i++) {
-        if (bus.waiting[i] != id)
+        if (bus.waiting[i].id != id)
             continue;
         take_out(i);
         usbredirparser_send_bulk_packet(port->parser, id, &header, NULL, 0);
@@ -343,11 +296,16 @@ unsigned redir_n_waiting(void)
     return bus.n_waiting;
 }
 
+size_t redir_bulk_room(void)
+{
+    return bus.waiting[0].len;
+}
+
 void redir_bulk_in(const uint8_t *bytes, size_t len)
 {
     struct usb_redir_bulk_packet_header header = {.endpoint = bus.device->endpoint,
                                                   .status = usb_redir_success};
-    uint64_t id = bus.waiting[0];
+    uint64_t id = bus.waiting[0].id;
 
     len = spend(len, &header.status);
     header.length = (uint16_t)(len & 0xffff);
@@ -356,6 +314,29 @@ void redir_bulk_in(const uint8_t *bytes, size_t len)
     usbredirparser_send_bulk_packet(bus.in->parser, id, &header, (uint8_t *)(uintptr_t)bytes,
                                     (int)len);
     unplug_when_spent();
+}
+
+/* ---- interrupts: there is nothing to notify of ------------------------------------------------
+ */
+
+static void tell_interrupts(const struct port *port, uint64_t id, uint8_t endpoint)
+{
+    struct usb_redir_interrupt_receiving_status_header status = {.status = usb_redir_success,
+                                                                 .endpoint = endpoint};
+
+    usbredirparser_send_interrupt_receiving_status(port->parser, id, &status);
+}
+
+static void on_start_interrupts(void *priv, uint64_t id,
+                                struct usb_redir_start_interrupt_receiving_header *start)
+{
+    tell_interrupts(priv, id, start->endpoint);
+}
+
+static void on_stop_interrupts(void *priv, uint64_t id,
+                               struct usb_redir_stop_interrupt_receiving_header *stop)
+{
+    tell_interrupts(priv, id, stop->endpoint);
 }
 
 /* ---- isochronous ------------------------------------------------------------------------------
@@ -429,6 +410,8 @@ static struct usbredirparser *parser_new(struct port *port)
     p->bulk_packet_func = on_bulk;
     p->start_iso_stream_func = on_start_iso;
     p->stop_iso_stream_func = on_stop_iso;
+    p->start_interrupt_receiving_func = on_start_interrupts;
+    p->stop_interrupt_receiving_func = on_stop_interrupts;
     p->cancel_data_packet_func = on_cancel;
     p->set_configuration_func = on_set_configuration;
     p->get_configuration_func = on_get_configuration;

@@ -20,7 +20,9 @@ struct redir_device {
     const uint8_t *config;
     size_t config_len;
     const char *const *strings; /* number 1 and up of the descriptors; ends with NULL */
+    bool full_speed;            /* 12 Mbit/s; else 480 */
     uint8_t endpoint;           /* the one that data come from, bulk or isochronous: 0x81 */
+    uint8_t out;                /* the bulk one that they go to; 0: none */
 
     /* A control request that is none of GET_DESCRIPTOR, SET_CONFIGURATION, SET_INTERFACE. IN:
      * points *bytes at the answer and returns its length; OUT: *bytes are `length` bytes that came,
@@ -29,6 +31,8 @@ struct redir_device {
     /* Called whenever something has happened, and after what the last call returned: sends what is
      * due by redir_bulk_in(); returns milliseconds until the next is due. */
     int (*pump)(void);
+    /* Bytes that came to the bulk OUT endpoint; may be NULL where there is none. */
+    void (*came)(const uint8_t *bytes, size_t len);
     /* The device has come, or has gone and holds no request any more. */
     void (*plugged)(bool in);
     /* An order by the other socket that is none of orders.c; the answer into text, no newline. */
@@ -45,7 +49,9 @@ int redir_serve(const struct redir_device *device, const char *path, const char 
 
 /* Requests for data of the bulk IN endpoint that wait. */
 unsigned redir_n_waiting(void);
-/* Answers the oldest of them; len at most what fits into any request, 16 KiB. */
+/* Bytes that the oldest of them asks for. */
+size_t redir_bulk_room(void);
+/* Answers the oldest of them; len at most what it asks for. */
 void redir_bulk_in(const uint8_t *bytes, size_t len);
 /* Whether the guest fetches isochronous packets; gives it the next one. They are kept by QEMU, some
  * 900 at most: more are lost. */

@@ -10,6 +10,7 @@
  *   lose N       loses N of a million packets from now on
  *   unplug-in    unplugs in the middle of the next frame
  */
+#include "drivers/monotonic.h"
 #include "tests/hil/depth_pattern.h"
 #include "tests/hil/kinect_sim.h"
 #include "tests/hil/redir.h"
@@ -17,7 +18,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #define WIDTH     640
 #define NEARER_MM 700
@@ -45,14 +45,6 @@ static struct {
     uint64_t due_ns, period_ns;
     bool unplug;
 } camera = {.period_ns = SECOND_NS / 10};
-
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
-}
 
 static void draw(void)
 {
@@ -83,7 +75,7 @@ static int control(const struct redir_setup *setup, const uint8_t **bytes)
 /* A frame at a time: QEMU keeps the packets until the guest fetches them. */
 static int pump(void)
 {
-    uint64_t now = now_ns(), frame = sim.n_frames;
+    uint64_t now = dx_clock_ns(), frame = sim.n_frames;
     unsigned half = 0;
 
     if (!redir_iso_runs() || !kinect_sim_streams(&sim))
@@ -112,7 +104,7 @@ static void plugged(bool in)
     draw();
     camera.unplug = false;
     if (in)
-        camera.due_ns = now_ns();
+        camera.due_ns = dx_clock_ns();
 }
 
 static void order(const char *line, char *text, size_t text_len)

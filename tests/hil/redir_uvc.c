@@ -11,6 +11,7 @@
  *   bad          marks the next frame as damaged, in its header
  *   unplug-in    unplugs in the middle of the next frame
  */
+#include "drivers/monotonic.h"
 #include "tests/hil/redir.h"
 #include "tests/hil/depth_pattern.h"
 
@@ -106,14 +107,6 @@ static struct {
     uint8_t picture[FRAME_LEN];
 } camera = {.period_ns = SECOND_NS / 30, .memory = 1};
 
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
-}
-
 static size_t frame_len(void)
 {
     return FRAME_LEN >> 2 * (stream_control[AT_FRAME_INDEX] - 1);
@@ -140,7 +133,7 @@ static int control(const struct redir_setup *setup, const uint8_t **bytes)
             choose_size((*bytes)[AT_FRAME_INDEX]);
         if (selector == VS_COMMIT_CONTROL) { /* the stream begins */
             camera.at = 0;
-            camera.due_ns = now_ns();
+            camera.due_ns = dx_clock_ns();
         }
         return 0;
     case GET_CUR:
@@ -212,7 +205,7 @@ static void send_payload(void)
 static int pump(void)
 {
     while (redir_n_waiting()) {
-        uint64_t now = now_ns();
+        uint64_t now = dx_clock_ns();
 
         if (now < camera.due_ns)
             return (int)((camera.due_ns - now) / 1000000) + 1;
@@ -240,7 +233,7 @@ static void plugged(bool in)
     camera.cut = camera.bad = camera.unplug = false;
     camera.memory = 1;
     choose_size(1);
-    camera.due_ns = now_ns();
+    camera.due_ns = dx_clock_ns();
 }
 
 static void order(const char *line, char *text, size_t text_len)

@@ -3,11 +3,11 @@
 #   tests/hil/run.sh [TEST...]     all of tests/hil/guest, or those named
 #   tests/hil/run.sh --shell       a shell in it instead, on this terminal (Ctrl-A X ends it)
 # First serial port: the console, $B/hil/console.log. Second: results. Third and fourth: orders to the USB cameras,
-# which are programs on this side (redir_uvc.c, redir_kinect.c). Always emulated: what there is of KVM on a build machine may hang.
+# which are programs on this side (redir_uvc.c, redir_kinect.c); fifth: to the scanner (redir_scip.c).
 set -eu
 B=${B:-build}
 hil=$B/hil
-limit_s=${HIL_LIMIT_S:-1500}
+. tests/hil/boot.sh
 
 run=$(mktemp -d)
 pids=
@@ -24,8 +24,8 @@ what="hil_tests=$(echo "$*" | tr ' ' ,) ${HIL_ARGS:-}"
 results=stdio
 if [ "${1:-}" = --shell ]; then what=hil_shell results=mon:stdio; fi
 
-# camera NAME PROGRAM PORT: listens at $run/NAME before it returns; can be plugged into the controller's ports PORT and the
-# next
+# camera NAME PROGRAM PORT [SERIAL]: listens at $run/NAME before it returns; can be plugged into the controller's ports PORT and the
+# next. SERIAL: QEMU's option for the serial port of its orders, where the machine's own four are taken
 devices=
 camera() {
   mkfifo "$run/ready"
@@ -35,27 +35,19 @@ camera() {
   rm "$run/ready"
   devices="$devices -chardev socket,id=$1,path=$run/$1 -device usb-redir,chardev=$1,bus=usb.0,port=$3
     -chardev socket,id=$1-other,path=$run/$1 -device usb-redir,chardev=$1-other,bus=usb.0,port=$(($3 + 1))
-    -chardev socket,id=$1-orders,path=$run/$1.orders -serial chardev:$1-orders"
+    -chardev socket,id=$1-orders,path=$run/$1.orders ${4:--serial chardev:$1-orders}"
 }
 
 guest() {
   # shellcheck disable=SC2086 # a list of arguments
-  timeout --foreground "$limit_s" qemu-system-x86_64 -accel tcg,thread=multi -machine pc -cpu max -smp "${HIL_CPUS:-1}" -m 768 \
-    -nodefaults -no-user-config -display none -no-reboot -kernel "$hil/kernel/vmlinux" -initrd "$hil/guest.cpio" \
-    -append "console=ttyS0 quiet loglevel=3 panic=-1 tsc=reliable mitigations=off nokaslr random.trust_cpu=on $what" \
-    -serial "file:$hil/console.log" -serial "$results" $devices
+  qemu "8250.nr_uarts=5 $what" -smp "${HIL_CPUS:-1}" -m 768 -initrd "$hil/guest.cpio" -serial "file:$hil/console.log" -serial "$results" $devices
 }
 
-devices="-device qemu-xhci,id=usb"
+devices="-device qemu-xhci,id=usb,p2=8"
 camera camera redir_uvc 1
 camera kinect redir_kinect 3
+camera scanner redir_scip 5 '-device pci-serial,chardev=scanner-orders'
 
 if [ "$what" = hil_shell ]; then guest; exit; fi
-guest </dev/null | tee "$hil/results.log"
-if ! tail -n 1 "$hil/results.log" | grep -qE '^[0-9]+ passed'; then
-  echo "FAIL  the guest ended before its tests did; the end of $hil/console.log:"
-  tail -n 20 "$hil/console.log" | sed 's/^/      /'
-  echo "$(grep -c '^pass' "$hil/results.log") passed, $(($(grep -c '^FAIL' "$hil/results.log") + 1)) failed"
-  exit 1
-fi
-tail -n 1 "$hil/results.log" | grep -q ' 0 failed'
+guest </dev/null | show "$hil"
+verdict "$hil"

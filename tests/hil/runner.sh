@@ -1,12 +1,14 @@
 #!/bin/sh
-# In the guest: runs the tests tests/hil/guest/*.sh, or those named, one after the other; a line for each on
-# standard output, "N passed, N failed" at the end; all that they wrote goes to the console.
+# In a guest: runs the tests of a folder ($HIL_TESTS below $HIL_ROOT, else /tests/hil/guest), or those named, one after the other; a
+# line for each on standard output, "N passed, N failed" at the end; all that they wrote goes to the console.
 # A test is a script; exit 0 passed, 77 skipped, anything else failed. `# limit: N` in it: seconds, else 30;
 # hil_limit=N on the kernel's command line: for all.
 # What a test leaves running is killed after it.
 set -u
 export B=/
-log=/run/log
+folder=${HIL_TESTS:-tests/hil/guest}
+label=${HIL_LABEL:-hil}
+log=/run/hil
 mkdir -p $log
 passed=0 failed=0 skipped=0
 
@@ -22,6 +24,11 @@ kill_session() {
   done 2>/dev/null
 }
 
+# told: what the system has told last
+told() {
+  if [ -d /run/systemd/system ]; then journalctl --no-pager -n 80; else dmesg | tail -n 30; fi
+}
+
 run() {
   name=$(basename "$1" .sh)
   limit=$(sed -n 's/.*\bhil_limit=\([0-9]*\).*/\1/p' /proc/cmdline)
@@ -35,19 +42,19 @@ run() {
     read -r up _ </proc/uptime
     echo "---- $name: status $code, at $up s"
     cat "$log/$name"
-    [ $code = 0 ] || [ $code = 77 ] || dmesg | tail -n 30
+    [ $code = 0 ] || [ $code = 77 ] || told
   } >/dev/console
   case $code in
-    0) passed=$((passed + 1)); echo "pass  hil/$name" ;;
-    77) skipped=$((skipped + 1)); echo "skip  hil/$name: $(tail -n 1 "$log/$name")" ;;
-    137) failed=$((failed + 1)); echo "FAIL  hil/$name: more than ${limit:-30} s"; tail -n 40 "$log/$name" | sed 's/^/      /' ;;
-    *) failed=$((failed + 1)); echo "FAIL  hil/$name"; tail -n 40 "$log/$name" | sed 's/^/      /' ;;
+    0) passed=$((passed + 1)); echo "pass  $label/$name" ;;
+    77) skipped=$((skipped + 1)); echo "skip  $label/$name: $(tail -n 1 "$log/$name")" ;;
+    137) failed=$((failed + 1)); echo "FAIL  $label/$name: more than ${limit:-30} s"; tail -n 40 "$log/$name" | sed 's/^/      /' ;;
+    *) failed=$((failed + 1)); echo "FAIL  $label/$name"; tail -n 40 "$log/$name" | sed 's/^/      /' ;;
   esac
 }
 
-cd / || exit 1
-if [ $# -gt 0 ]; then for t in "$@"; do run "tests/hil/guest/$t.sh"; done
-else for t in tests/hil/guest/*.sh; do run "$t"; done; fi
+cd "${HIL_ROOT:-/}" || exit 1
+if [ $# -gt 0 ]; then for t in "$@"; do run "$folder/$t.sh"; done
+else for t in "$folder"/*.sh; do run "$t"; done; fi
 
 line="$passed passed, $failed failed"
 [ $skipped = 0 ] || line="$line, $skipped skipped"

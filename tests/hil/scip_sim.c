@@ -1,14 +1,8 @@
 /*
- * A simulated SCIP 2 scanner on a pty or a TCP port, usable by hand:
- *
- *   scip_sim --pty LINK | --tcp PORT  [--model utm-30lx] [--rpm R] [--start DEG] [--swing DEG]
- * [--cw]
- *            [--offset X,Y,Z] [--angles ROLL,PITCH,YAW] [faults, see below]
- *
- * LINK becomes a link to the pty's other end. PORT 0 takes a free one; the port is printed. Prints
- * a line when it is ready. Stage and clock follow CLOCK_MONOTONIC, as those of dexeld do; with
- * --track FILE the stage is where another program says (scip_track.h).
+ * scip_sim: a simulated SCIP 2 scanner on a pty or a TCP port, usable by hand; --help tells how. It
+ * prints a line when it is ready. Stage and clock follow CLOCK_MONOTONIC, as those of dexeld do.
  */
+#include "drivers/monotonic.h"
 #include "tests/hil/scip_device.h"
 
 #include <arpa/inet.h>
@@ -17,6 +11,9 @@
 #include <getopt.h>
 #include <poll.h>
 #include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <sys/socket.h>
 #include <termios.h>
 #include <time.h>
@@ -27,14 +24,6 @@ static const char *pty_link;
 static unsigned split;     /* bytes to a write; 0: all at once */
 static uint64_t unplug_at; /* bytes, counted over all: the program ends */
 static uint64_t sent;
-
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
 
 static void remove_link(void)
 {
@@ -87,38 +76,71 @@ enum option_code {
     ABNORMAL,
     BUSY,
     NO_TIME,
+    SERIAL,
+    HELP,
 };
 
-static const struct option options[] = {
-    {"pty", required_argument, NULL, PTY},
-    {"tcp", required_argument, NULL, TCP},
-    {"model", required_argument, NULL, MODEL},
-    {"rpm", required_argument, NULL, RPM},
-    {"start", required_argument, NULL, START},
-    {"swing", required_argument, NULL, SWING},
-    {"cw", no_argument, NULL, CW},
-    {"offset", required_argument, NULL, OFFSET},
-    {"angles", required_argument, NULL, ANGLES},
-    {"room", required_argument, NULL, ROOM}, /* X0,Y0,Z0,X1,Y1,Z1 metres */
-    {"track", required_argument, NULL, TRACK},
-    {"skew", required_argument, NULL, SKEW},         /* parts in a million */
-    {"clock", required_argument, NULL, CLOCK},       /* the device's ms at the start */
-    {"split", required_argument, NULL, SPLIT},       /* bytes to a write */
-    {"unplug", required_argument, NULL, UNPLUG},     /* ends after so many bytes */
-    {"bad-sum", required_argument, NULL, BAD_SUM},   /* every so many scans */
-    {"bad-line", required_argument, NULL, BAD_LINE}, /* in this line of data */
-    {"drop", required_argument, NULL, DROP},         /* every so many bytes */
-    {"double", required_argument, NULL, DOUBLE},
-    {"codes", required_argument, NULL, CODES}, /* every so many steps */
-    {"stale", no_argument, NULL, STALE},
-    {"mute", no_argument, NULL, MUTE},
-    {"suspend", required_argument, NULL, SUSPEND},   /* SCAN,SCANS: 21, and 98 later */
-    {"fault", required_argument, NULL, FAULT},       /* SCAN: 51 */
-    {"abnormal", required_argument, NULL, ABNORMAL}, /* SCAN: 0L until RB */
-    {"busy", required_argument, NULL, BUSY},         /* COMMAND: 0B */
-    {"no-time", no_argument, NULL, NO_TIME},
-    {NULL, 0, NULL, 0},
+/* value NULL: the option takes none. */
+static const struct word {
+    const char *name, *value, *help;
+    int code;
+} words[] = {
+    {"pty", "LINK", "serve a pty, whose other end becomes LINK", PTY},
+    {"tcp", "PORT", "serve a TCP port; 0: a free one, which is printed", TCP},
+    {"model", "NAME", "urg-04lx, ubg-05lx, utm-30lx (as it is without this), utm-30lx-ew, ust-20lx",
+     MODEL},
+    {"serial", "TEXT", "its serial number; \"\": it tells none", SERIAL},
+    {"rpm", "R", "turns of the stage in a minute; without it the stage stands still", RPM},
+    {"start", "DEG", "where the stage is when CLOCK_MONOTONIC is 0", START},
+    {"swing", "DEG", "the stage goes so far and back", SWING},
+    {"cw", NULL, "the stage turns clockwise, seen from above", CW},
+    {"offset", "X,Y,Z", "metres: where the scanner sits, from the axis", OFFSET},
+    {"angles", "ROLL,PITCH,YAW", "degrees: how it sits", ANGLES},
+    {"room", "X0,Y0,Z0,X1,Y1,Z1", "metres: the room's corners, as seen from the axis", ROOM},
+    {"track", "FILE", "the stage is where another program says (scip_track.h)", TRACK},
+    {"skew", "PPM", "its clock runs fast by so many millionths", SKEW},
+    {"clock", "MS", "what its clock says at the start", CLOCK},
+    {"split", "BYTES", "send so many at a time", SPLIT},
+    {"unplug", "BYTES", "end after so many", UNPLUG},
+    {"bad-sum", "N", "every Nth scan has a wrong check character", BAD_SUM},
+    {"bad-line", "LINE", "... in this line of its data; 1 without this", BAD_LINE},
+    {"drop", "N", "every Nth byte of scans is lost", DROP},
+    {"double", "N", "every Nth byte of scans comes twice", DOUBLE},
+    {"codes", "N", "every Nth step has the code of an error in place of a distance", CODES},
+    {"stale", NULL, "it streams when it is opened, as a program before left it", STALE},
+    {"mute", NULL, "it answers nothing", MUTE},
+    {"suspend", "SCAN,SCANS", "at this scan it pauses (status 21), for so many (then 98)", SUSPEND},
+    {"fault", "SCAN", "at this scan its hardware fails (status 51), until it is reset", FAULT},
+    {"abnormal", "SCAN", "from this scan on it answers 0L, until it is rebooted", ABNORMAL},
+    {"busy", "COMMAND", "the command of this number is answered 0B, once", BUSY},
+    {"no-time", NULL, "it does not know the commands TM", NO_TIME},
+    {"help", NULL, "this", HELP},
 };
+#define N_WORDS (sizeof(words) / sizeof(words[0]))
+
+static struct option options[N_WORDS + 1];
+
+static void make_options(void)
+{
+    for (size_t k = 0; k < N_WORDS; k++)
+        options[k] = (struct option){
+            words[k].name, words[k].value ? required_argument : no_argument, NULL, words[k].code};
+}
+
+static void help(void)
+{
+    char left[48];
+
+    puts("usage: scip_sim --pty LINK | --tcp PORT [OPTION...]\n"
+         "A simulated SCIP 2 scanner in a box-shaped room. Scans, bytes and commands are counted "
+         "from\n"
+         "1, over all openings.\n");
+    for (size_t k = 0; k < N_WORDS; k++) {
+        snprintf(left, sizeof(left), "--%s %s", words[k].name,
+                 words[k].value ? words[k].value : "");
+        printf("  %-26s %s\n", left, words[k].help);
+    }
+}
 
 static void read_list(double *out, int n, const char *text)
 {
@@ -189,14 +211,48 @@ static void take_model(const char *name)
 {
     for (size_t k = 0; k < sizeof(scip_models) / sizeof(scip_models[0]); k++)
         if (!strcmp(scip_models[k].name, name)) {
-            scip_sim_init(&sim, &scip_models[k], now_ns());
+            scip_sim_init(&sim, &scip_models[k], dx_clock_ns());
             return;
         }
     fprintf(stderr, "scip_sim: no model '%s'\n", name);
     exit(2);
 }
 
-/* The model first, for it makes everything else anew. */
+static void take_place(int code)
+{
+    switch (code) {
+    case RPM:
+        sim.pose.rpm = atof(optarg);
+        break;
+    case START:
+        sim.pose.start_deg = atof(optarg);
+        break;
+    case SWING:
+        sim.pose.swing_deg = atof(optarg);
+        break;
+    case CW:
+        sim.pose.clockwise = true;
+        break;
+    case OFFSET:
+        read_list(sim.pose.offset, 3, optarg);
+        break;
+    case ANGLES:
+        read_list(sim.pose.angles_deg, 3, optarg);
+        break;
+    case ROOM:
+        read_list(sim.room, 6, optarg);
+        break;
+    case TRACK:
+        sim.track = scip_track_map(optarg, O_RDONLY);
+        if (!sim.track)
+            fail(optarg);
+        break;
+    default:
+        take_fault(code);
+    }
+}
+
+/* The model first, for it makes everything else anew. Returns the TCP port, or -1. */
 static int take_options(int argc, char **argv)
 {
     int code, port = -1;
@@ -216,31 +272,11 @@ static int take_options(int argc, char **argv)
             break;
         case MODEL:
             break;
-        case RPM:
-            sim.pose.rpm = atof(optarg);
-            break;
-        case START:
-            sim.pose.start_deg = atof(optarg);
-            break;
-        case SWING:
-            sim.pose.swing_deg = atof(optarg);
-            break;
-        case CW:
-            sim.pose.clockwise = true;
-            break;
-        case OFFSET:
-            read_list(sim.pose.offset, 3, optarg);
-            break;
-        case ANGLES:
-            read_list(sim.pose.angles_deg, 3, optarg);
-            break;
-        case ROOM:
-            read_list(sim.room, 6, optarg);
-            break;
-        case TRACK:
-            sim.track = scip_track_map(optarg, O_RDONLY);
-            if (!sim.track)
-                fail(optarg);
+        case HELP:
+            help();
+            exit(0);
+        case SERIAL:
+            sim.serial = optarg[0] ? optarg : NULL;
             break;
         case SKEW:
             sim.skew = atof(optarg) * 1e-6;
@@ -249,10 +285,10 @@ static int take_options(int argc, char **argv)
             sim.offset_ms = atoll(optarg);
             break;
         default:
-            take_fault(code);
+            take_place(code);
         }
     if (!pty_link && port < 0) {
-        fprintf(stderr, "usage: scip_sim --pty LINK | --tcp PORT [options]\n");
+        fprintf(stderr, "usage: scip_sim --pty LINK | --tcp PORT [OPTION...]; see --help\n");
         exit(2);
     }
     return port;
@@ -284,8 +320,7 @@ static bool flush(int fd)
         if (unplug_at && sent >= unplug_at)
             exit(0);
     }
-    memmove(sim.out, sim.out + done, sim.out_len - done);
-    sim.out_len -= done;
+    scip_sim_sent(&sim, done);
     return true;
 }
 
@@ -294,11 +329,11 @@ static void serve(int fd)
 {
     uint8_t in[256];
 
-    scip_sim_open(&sim, now_ns());
+    scip_sim_open(&sim, dx_clock_ns());
     while (!sim.gone) {
         struct pollfd p = {.fd = fd, .events = POLLIN};
         struct timespec t = {0, 0};
-        uint64_t next = scip_sim_next_ns(&sim), now = now_ns();
+        uint64_t next = scip_sim_next_ns(&sim), now = dx_clock_ns();
         ssize_t n;
 
         if (sim.out_len)
@@ -315,11 +350,11 @@ static void serve(int fd)
             if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR))
                 return;
             if (n > 0)
-                scip_sim_feed(&sim, in, (size_t)n, now_ns());
+                scip_sim_feed(&sim, in, (size_t)n, dx_clock_ns());
         } else if (p.revents & (POLLHUP | POLLERR)) {
             return;
         }
-        scip_sim_tick(&sim, now_ns());
+        scip_sim_tick(&sim, dx_clock_ns());
         if (!flush(fd))
             return;
     }
@@ -346,7 +381,7 @@ static void serve_tcp(int port)
             continue;
         serve(peer);
         close(peer);
-        while (sim.state == SIM_BOOTING && now_ns() < sim.until_ns)
+        while (sim.state == SIM_BOOTING && dx_clock_ns() < sim.until_ns)
             poll(NULL, 0, 10);
     }
 }
@@ -376,7 +411,7 @@ static void serve_pty(void)
         unlink(pty_link);
         close(far);
         close(fd);
-        while (sim.state == SIM_BOOTING && now_ns() < sim.until_ns)
+        while (sim.state == SIM_BOOTING && dx_clock_ns() < sim.until_ns)
             poll(NULL, 0, 10);
     }
 }
@@ -385,12 +420,7 @@ int main(int argc, char **argv)
 {
     int port;
 
-    if (argc == 2 && !strcmp(argv[1], "--help")) {
-        puts("usage: scip_sim --pty LINK | --tcp PORT [options]");
-        for (const struct option *o = options; o->name; o++)
-            printf("  --%s%s\n", o->name, o->has_arg ? " VALUE" : "");
-        return 0;
-    }
+    make_options();
     port = take_options(argc, argv);
 
     signal(SIGPIPE, SIG_IGN);

@@ -28,6 +28,7 @@ struct follower_commit {
 struct follower {
     const char *name;
     struct dexel *d;
+    enum dexel_mode mode;
     bool raw;       /* tiles are counted, not decoded: no digests */
     bool reconnect; /* it outlives the service */
     uint64_t *tile; /* hash of each tile held; 0: empty */
@@ -122,7 +123,7 @@ static inline int follower_on_state(void *user, enum dexel_state state, const ch
     return 0;
 }
 
-/* `f` is zeroed but for `name`, `raw` and `reconnect`. */
+/* `f` is zeroed but for `name`, `mode`, `raw` and `reconnect`. */
 static inline void follower_open(struct follower *f, const char *socket, const char *stream,
                                  enum dexel_encoding encoding)
 {
@@ -131,8 +132,11 @@ static inline void follower_open(struct follower *f, const char *socket, const c
                                               .tile = f->raw ? NULL : follower_on_tile,
                                               .commit = follower_on_commit,
                                               .state = follower_on_state};
-    const struct dexel_options options = {
-        .socket = socket, .stream = stream, .encoding = encoding, .reconnect = f->reconnect};
+    const struct dexel_options options = {.socket = socket,
+                                          .stream = stream,
+                                          .encoding = encoding,
+                                          .mode = f->mode,
+                                          .reconnect = f->reconnect};
 
     if (dexel_open(&f->d, &options, &callbacks, f) < 0)
         die("%s: %s", f->name, dexel_error(f->d));

@@ -246,6 +246,18 @@ static void control_socket(const char *control)
         close(fd[k]);
 }
 
+/* Asks without end, and reads nothing: what the service answers has no room after a while. */
+static void control_flood(const char *control)
+{
+    static const char line[] = "{\"request\":\"status\"}\n";
+    int fd = connect_to(control);
+
+    for (unsigned k = 0; k < N_SUBSCRIBE; k++)
+        if (send(fd, line, sizeof(line) - 1, MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
+            break;
+    close(fd);
+}
+
 /* Half a HELLO, and silence: the service ends it in its own time. */
 static void begin_silence(const char *socket, int fd[DX_WIRE_HEADER_LEN])
 {
@@ -285,6 +297,7 @@ static void attack(const char *socket, const char *control)
     bad_subscribes(socket);
     torn(socket);
     control_socket(control);
+    control_flood(control);
 }
 
 static void await_descriptors(long pid, unsigned n)

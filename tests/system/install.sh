@@ -10,10 +10,12 @@ built=$B
 at_root() { make -s --no-print-directory B="$built" DESTDIR="$root" prefix=/usr sysconfdir=/etc "$1"; }
 
 at_root install
-for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libdexel.pc share/man/man1/dexel.1 \
+for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libdexel.pc share/man/man1/dexel.1 share/man/man1/dexel-mesh.1 \
   share/man/man5/dexeld.yaml.5 share/man/man8/dexeld.8 share/doc/dexeld/protocol.md \
+  share/dexeld/grafana/dexeld.json share/dexeld/prometheus/dexeld.rules.yml \
   share/doc/dexeld/hall.png share/doc/dexeld/follow.c lib/sysusers.d/dexeld.conf lib/tmpfiles.d/dexeld.conf \
-  lib/systemd/system/dexeld.service lib/systemd/system/dexeld.socket lib/python3/dist-packages/dexel.py; do
+  lib/systemd/system/dexeld.service lib/systemd/system/dexeld.socket lib/python3/dist-packages/dexel.py \
+  share/bash-completion/completions/dexel share/bash-completion/completions/dexeld; do
   [ -f "$root/usr/$f" ] || wrong "no /usr/$f"
 done
 export PKG_CONFIG_PATH="$root/usr/lib/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$root"

@@ -93,6 +93,7 @@ if command -v systemd-socket-activate >/dev/null; then
   timeout 20 grep -m 2 'Listening on' <&7 >"$run/said" || wrong "systemd-socket-activate does not listen"
   timeout 20 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "activated: no mesh"
   timeout 20 "$dexel" status --socket "$sock" >/dev/null || wrong "activated: no status"
+  "$dexel" config --socket "$sock" | grep -q '^socket: .*# not in use' || wrong "activated: the configured socket is told to be in use"
   stop_dexeld || wrong "activated: status $dexeld_status"
   [ -S "$sock" ] || wrong "an inherited socket was removed"
   rm -f "$sock" "$sock.control"

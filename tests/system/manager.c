@@ -2,7 +2,8 @@
  * manager WATCHDOG_MS COMMAND...: runs a service as its manager would, with $NOTIFY_SOCKET and
  * $WATCHDOG_USEC, and tells each thing that the service says on a line of standard output. From
  * READY=1 on it wants WATCHDOG=1 within the time: else it says "hung", and kills it. SIGTERM is
- * passed on. Exit status: that of the service; 3: it was killed.
+ * passed on, and from then on nothing is wanted. Exit status: that of the service; 3: it was
+ * killed.
  */
 #include <errno.h>
 #include <poll.h>
@@ -94,6 +95,7 @@ int main(int argc, char **argv)
     struct pollfd p[2];
     char name[64];
     long due_ms = -1, limit_ms = argc > 2 ? strtol(argv[1], NULL, 10) : 0;
+    bool stops = false;
     sigset_t set;
     pid_t pid;
 
@@ -115,12 +117,14 @@ int main(int argc, char **argv)
             kill(pid, SIGKILL);
             return end(pid);
         }
-        if (p[0].revents && hear(p[0].fd))
+        if (p[0].revents && hear(p[0].fd) && !stops)
             due_ms = now_ms() + limit_ms;
         if (p[1].revents && read(p[1].fd, &si, sizeof(si)) == sizeof(si)) {
             if (si.ssi_signo == SIGCHLD)
                 return end(pid);
             kill(pid, SIGTERM);
+            stops = true;
+            due_ms = -1;
         }
     }
 }

@@ -6,7 +6,7 @@
     damage SOCKET STREAM    what the service says, cut off and changed at many places
     tiles SOCKET STREAM..   what a subscription hands out, mesh after mesh; a stream for each way
     restart SOCKET          follows a service that goes and comes back
-    table OUT.pcd           a scan whose beams follow no model
+    table OUT.pcd [W H]     a scan whose beams follow no model
 """
 import math
 import os
@@ -88,8 +88,8 @@ def restart(path):
                 return
 
 
-def table(path):
-    width, height = 120, 90
+def table(path, width=120, height=90):
+    width, height = int(width), int(height)
     chance = random.Random(7)
     with open(path, "w", encoding="ascii") as out:
         out.write(f"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {width}\n"
@@ -167,7 +167,7 @@ def text(words):
 
 
 def welcome(**other):
-    fields = {"magic": 0x4C584544, "major": 0, "minor": 3, "encodings": 7, "max_body": 262144, **other}
+    fields = {"magic": 0x4C584544, "major": 1, "minor": 0, "encodings": 7, "max_body": 262144, **other}
     return message(WELCOME, struct.pack("<IHHIIII", fields["magic"], fields["major"], fields["minor"], 0,
                                         fields["encodings"], fields["max_body"], 1) + text(b"fake"))
 
@@ -248,7 +248,8 @@ def lies_of_messages():
     yield "100 are the most", [welcome(max_body=100), subscribed(1)], 1
     yield "of no dexeld", [welcome(magic=1)], 1
     yield "of no dexeld", [welcome(max_body=1 << 20)], 1
-    yield "version 0.4", [welcome(minor=4)], 1
+    yield "version 1.1", [welcome(minor=1)], 1
+    yield "version 0.3", [welcome(major=0, minor=3)], 1
     yield "does not offer q16", [welcome(encodings=5)], 1
     yield "where none may come", [welcome(), welcome()], 1
     yield "about stream 0x0", [message(WELCOME, stream=0)], 1
@@ -359,7 +360,7 @@ def lies(server):
 def capture(path, stream, encoding):
     """What the service says until the replay has ended, or for the first million bytes."""
     name = stream.encode()
-    hello = struct.pack("<IHHIIQIHHII", 16, 1, 0, NO_STREAM, 0, 0, 0x4C584544, 0, 3, 0, 7)
+    hello = struct.pack("<IHHIIQIHHII", 16, 1, 0, NO_STREAM, 0, 0, 0x4C584544, 1, 0, 0, 7)
     wish = struct.pack("<4BI5H", encoding, 2, 3, 0, 0, 0, 0, 0, 0, 0) + text(name)
     heard = b""
     with socket.socket(socket.AF_UNIX) as peer:

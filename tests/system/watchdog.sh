@@ -4,7 +4,8 @@
 # mesher hangs; the log names which. The service manager is manager.c.
 set -u
 . tests/daemon.sh
-limit_ms=3000
+limit_ms=4000
+"$B/tests/sanitized" || limit_ms=8000
 bad=0
 wrong() { echo "wrong: $*"; bad=1; }
 
@@ -57,7 +58,7 @@ waiting=$!
 exec 7<"$run/waiting.told"
 feeds 1 waiting
 "$B/bin/dexel" replay pause --stream paused --socket "$run/waiting.sock" >/dev/null || wrong "the replay cannot be paused"
-feeds 10 waiting
+feeds 9 waiting
 kill $waiting
 wait $waiting || wrong "waiting: status $? at its end; $(cat "$run/waiting.log")"
 grep -q watchdog "$run/waiting.log" && wrong "waiting: said $(grep watchdog "$run/waiting.log")"

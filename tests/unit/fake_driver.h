@@ -35,6 +35,8 @@
 struct fake_world {
     _Atomic bool present;
     _Atomic bool silent;
+    _Atomic bool distant;               /* it is not reached */
+    _Atomic bool spoils;                /* silent: what comes is damaged */
     _Atomic int open_error, read_error; /* negative: that */
     _Atomic uint32_t variant;           /* of the geometry */
     _Atomic unsigned serial;
@@ -46,7 +48,7 @@ static struct fake_world fake;
 
 struct dx_device {
     int fd;
-    uint64_t n_blocks;
+    uint64_t n_blocks, n_damaged;
     uint8_t bytes[FAKE_BLOCK_LEN];
 
     /* the decoder's */
@@ -89,6 +91,20 @@ static int fake_open_decoder(struct dx_device **out, const void *config, struct 
     return fake_new(out);
 }
 
+static int fake_connect(struct dx_device *dev, struct dx_err *err)
+{
+    struct pollfd p = {dev->fd, POLLIN, 0};
+    uint64_t n;
+
+    if (!fake.distant)
+        return 0;
+    if (!fake.present)
+        return dx_err_set(err, DX_DRIVER_E_GONE, "no fake is attached");
+    if (poll(&p, 1, 50) > 0)
+        assert_int_equal(read(dev->fd, &n, sizeof(n)), sizeof(n));
+    return DX_DRIVER_E_AGAIN;
+}
+
 static int fake_start(struct dx_device *dev, struct dx_err *err)
 {
     (void)dev;
@@ -110,8 +126,10 @@ static int fake_read(struct dx_device *dev, struct dx_block *block, struct dx_er
         return dx_err_set(err, DX_DRIVER_E_GONE, "the fake was unplugged");
     if (fake.read_error)
         return dx_err_set(err, fake.read_error, "fake: %s", strerror(-fake.read_error));
-    if (fake.silent)
+    if (fake.silent) {
+        dev->n_damaged += fake.spoils;
         return DX_DRIVER_E_AGAIN;
+    }
     dx_put_u32(dev->bytes, fake.variant);
     dx_put_u64(dev->bytes + 4, dev->n_blocks++);
     *block = (struct dx_block){.bytes = dev->bytes, .len = FAKE_BLOCK_LEN, .source = "fake"};
@@ -198,6 +216,7 @@ static void fake_health(const struct dx_device *dev, struct dx_device_health *ou
     snprintf(out->serial, sizeof(out->serial), "F%u", fake.serial);
     snprintf(out->place, sizeof(out->place), "nowhere");
     out->n_lost = dev->n_blocks ? 3 : 0;
+    out->n_damaged = dev->n_damaged;
 }
 
 static void fake_describe(struct dx_device *dev, char *text, size_t len)
@@ -213,6 +232,7 @@ static const struct dx_driver fake_driver = {
     .subsystems = fake_subsystems,
     .open = fake_open,
     .open_decoder = fake_open_decoder,
+    .connect = fake_connect,
     .start = fake_start,
     .read = fake_read,
     .decode = fake_decode,

@@ -2,6 +2,7 @@
 #include "tests/unit/fake_libusb.h"
 
 #include "drivers/kinect/kinect_protocol.h"
+#include "drivers/monotonic.h"
 
 #include <libusb-1.0/libusb.h>
 #include <stdio.h>
@@ -226,17 +227,9 @@ void libusb_free_transfer(struct libusb_transfer *t)
     free(t);
 }
 
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
 static bool is_due(void)
 {
-    return !fake_libusb.transfer_ns || now_ns() >= fake_libusb.due_ns;
+    return !fake_libusb.transfer_ns || dx_clock_ns() >= fake_libusb.due_ns;
 }
 
 static bool can_come_back(const struct flight *f)

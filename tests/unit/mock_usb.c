@@ -15,8 +15,7 @@
 #include <unistd.h>
 
 #define MAX_QUEUED 64
-#define NODE       "/dev/bus/usb/001/002"
-#define SYS        "/sys/devices/pci0000:00/usb1/1-1"
+#define N_CLAIMS   8
 
 struct queued {
     UMockdevIoctlData *urb, *buffer;
@@ -26,11 +25,13 @@ struct queued {
 struct mock_usb {
     struct mock_usb_device device;
     UMockdevTestbed *bed;
+    bool is_beside;  /* the bed is another's */
+    unsigned number; /* of the port, from 1 */
     UMockdevIoctlBase *handler;
     pthread_mutex_t lock;
-    char root[256], node[512];
+    char root[256], node[64], real_node[512], sys[64];
     bool gone;
-    int n_claimed;
+    const UMockdevIoctlClient *claims[N_CLAIMS]; /* who has the interface */
     int n_queued;
     struct queued queue[MAX_QUEUED];
 };
@@ -154,7 +155,24 @@ static int reap(struct mock_usb *m, UMockdevIoctlData *arg)
     return 0;
 }
 
-static int answer(struct mock_usb *m, gulong request, UMockdevIoctlData *arg)
+/* An interface that another opening of the device has is busy. */
+static int claim(struct mock_usb *m, const UMockdevIoctlClient *client, UMockdevIoctlData *arg,
+                 bool on)
+{
+    UMockdevIoctlData *number = umockdev_ioctl_data_resolve(arg, 0, sizeof(unsigned), NULL);
+    unsigned n = *(const unsigned *)(const void *)number->data;
+
+    g_object_unref(number);
+    if (n >= N_CLAIMS)
+        return EINVAL;
+    if (m->claims[n] && m->claims[n] != client)
+        return EBUSY;
+    m->claims[n] = on ? client : NULL;
+    return 0;
+}
+
+static int answer(struct mock_usb *m, const UMockdevIoctlClient *client, gulong request,
+                  UMockdevIoctlData *arg)
 {
     if (m->gone && request != USBDEVFS_REAPURB && request != USBDEVFS_REAPURBNDELAY)
         return ENODEV;
@@ -163,12 +181,8 @@ static int answer(struct mock_usb *m, gulong request, UMockdevIoctlData *arg)
         *(uint32_t *)(void *)umockdev_ioctl_data_resolve(arg, 0, 4, NULL)->data = 0;
         return 0;
     case USBDEVFS_CLAIMINTERFACE:
-    case USBDEVFS_DISCONNECT_CLAIM:
-        m->n_claimed++;
-        return 0;
     case USBDEVFS_RELEASEINTERFACE:
-        m->n_claimed--;
-        return 0;
+        return claim(m, client, arg, request == USBDEVFS_CLAIMINTERFACE);
     case USBDEVFS_SETINTERFACE:
         return 0;
     case USBDEVFS_IOCTL:
@@ -193,8 +207,8 @@ static gboolean on_ioctl(UMockdevIoctlBase *handler, UMockdevIoctlClient *client
 
     (void)handler;
     pthread_mutex_lock(&m->lock);
-    err =
-        answer(m, umockdev_ioctl_client_get_request(client), umockdev_ioctl_client_get_arg(client));
+    err = answer(m, client, umockdev_ioctl_client_get_request(client),
+                 umockdev_ioctl_client_get_arg(client));
     pthread_mutex_unlock(&m->lock);
     umockdev_ioctl_client_complete(client, err ? -1 : 0, err);
     return TRUE;
@@ -202,22 +216,28 @@ static gboolean on_ioctl(UMockdevIoctlBase *handler, UMockdevIoctlClient *client
 
 static void add(struct mock_usb *m)
 {
+    const uint8_t *d = m->device.descriptors;
     GString *hex = g_string_new(NULL);
     char *text, *root;
 
     for (size_t k = 0; k < m->device.descriptors_len; k++)
         g_string_append_printf(hex, "%02X", m->device.descriptors[k]);
-    text = g_strdup_printf("P: /devices/pci0000:00/usb1/1-1\nN: bus/usb/001/002=%s\n"
-                           "E: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\n"
-                           "E: DEVNUM=002\nE: MAJOR=189\nE: MINOR=1\nE: DEVNAME=" NODE "\n"
-                           "A: busnum=1\\n\nA: devnum=2\\n\nA: speed=480\\n\n"
-                           "A: bConfigurationValue=1\\n\nH: descriptors=%s\n\n",
-                           hex->str, hex->str);
+    snprintf(m->node, sizeof(m->node), "/dev/bus/usb/001/%03u", m->number + 1);
+    snprintf(m->sys, sizeof(m->sys), "/sys/devices/pci0000:00/usb1/1-%u", m->number);
+    text = g_strdup_printf(
+        "P: %s\nN: %s=%s\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\n"
+        "E: DEVNUM=%03u\nE: MAJOR=189\nE: MINOR=%u\nE: DEVNAME=%s\nA: busnum=1\\n\n"
+        "A: devnum=%u\\n\nA: devpath=%u\\n\nA: idVendor=%02x%02x\\n\nA: idProduct=%02x%02x\\n\n"
+        "%s%s%sA: speed=480\\n\nA: bConfigurationValue=1\\n\nH: descriptors=%s\n\n",
+        m->sys + strlen("/sys"), m->node + strlen("/dev/"), hex->str, m->number + 1, m->number,
+        m->node, m->number + 1, m->number, d[9], d[8], d[11], d[10],
+        m->device.serial ? "A: serial=" : "", m->device.serial ? m->device.serial : "",
+        m->device.serial ? "\\n\n" : "", hex->str);
     if (!umockdev_testbed_add_from_string(m->bed, text, NULL))
         abort();
     root = umockdev_testbed_get_root_dir(m->bed);
     snprintf(m->root, sizeof(m->root), "%s", root);
-    snprintf(m->node, sizeof(m->node), "%s" NODE, root);
+    snprintf(m->real_node, sizeof(m->real_node), "%s%s", root, m->node);
     g_free(root);
     g_free(text);
     g_string_free(hex, TRUE);
@@ -234,25 +254,37 @@ static void forbid(struct mock_usb *m)
         if (chmod(path, 0777))
             abort();
     }
-    if (chmod(m->node, 0))
+    if (chmod(m->real_node, 0))
         abort();
 }
 
-struct mock_usb *mock_usb_new(const struct mock_usb_device *device)
+static struct mock_usb *attach(const struct mock_usb_device *device, struct mock_usb *beside)
 {
     struct mock_usb *m = calloc(1, sizeof(*m));
 
     m->device = *device;
     pthread_mutex_init(&m->lock, NULL);
-    m->bed = umockdev_testbed_new();
+    m->is_beside = beside != NULL;
+    m->number = beside ? 2 : 1;
+    m->bed = beside ? beside->bed : umockdev_testbed_new();
     add(m);
     m->handler = umockdev_ioctl_base_new();
     g_signal_connect(m->handler, "handle-ioctl", G_CALLBACK(on_ioctl), m);
     if (device->forbidden)
         forbid(m);
-    else if (!umockdev_testbed_attach_ioctl(m->bed, NODE, m->handler, NULL))
+    else if (!umockdev_testbed_attach_ioctl(m->bed, m->node, m->handler, NULL))
         abort();
     return m;
+}
+
+struct mock_usb *mock_usb_new(const struct mock_usb_device *device)
+{
+    return attach(device, NULL);
+}
+
+struct mock_usb *mock_usb_new_beside(struct mock_usb *first, const struct mock_usb_device *device)
+{
+    return attach(device, first);
 }
 
 void mock_usb_unplug(struct mock_usb *m)
@@ -265,10 +297,11 @@ void mock_usb_unplug(struct mock_usb *m)
 void mock_usb_free(struct mock_usb *m)
 {
     if (!m->device.forbidden)
-        umockdev_testbed_detach_ioctl(m->bed, NODE, NULL);
-    umockdev_testbed_remove_device(m->bed, SYS);
+        umockdev_testbed_detach_ioctl(m->bed, m->node, NULL);
+    umockdev_testbed_remove_device(m->bed, m->sys);
     g_object_unref(m->handler);
-    g_object_unref(m->bed);
+    if (!m->is_beside)
+        g_object_unref(m->bed);
     /* The testbed's thread has ended, and this is what shows it to ThreadSanitizer. */
     pthread_mutex_lock(&m->lock);
     pthread_mutex_unlock(&m->lock);
@@ -288,10 +321,11 @@ void mock_usb_unlock(struct mock_usb *m)
 
 int mock_usb_n_claimed(struct mock_usb *m)
 {
-    int n;
+    int n = 0;
 
     pthread_mutex_lock(&m->lock);
-    n = m->n_claimed;
+    for (unsigned k = 0; k < N_CLAIMS; k++)
+        n += m->claims[k] != NULL;
     pthread_mutex_unlock(&m->lock);
     return n;
 }

@@ -21,7 +21,8 @@ struct mock_usb_device {
     int (*control)(void *ctx, const uint8_t setup[8], uint8_t *bytes, int len);
     int (*in)(void *ctx, uint8_t endpoint, uint8_t *bytes, int len);
     int (*out)(void *ctx, uint8_t endpoint, const uint8_t *bytes, int len);
-    bool forbidden; /* the node lets nobody in but root; nothing of it works then */
+    bool forbidden;     /* the node lets nobody in but root; nothing of it works then */
+    const char *serial; /* in sysfs; NULL: none */
 };
 
 struct mock_usb;
@@ -32,6 +33,8 @@ void mock_usb_wrap(char **argv);
 
 /* At bus 1, address 2, port "1-1". */
 struct mock_usb *mock_usb_new(const struct mock_usb_device *device);
+/* A second one, at port "1-2", address 3; to be freed first. */
+struct mock_usb *mock_usb_new_beside(struct mock_usb *first, const struct mock_usb_device *device);
 void mock_usb_free(struct mock_usb *mock);
 /* Queued transfers come back as the kernel shuts them down; all else says ENODEV. */
 void mock_usb_unplug(struct mock_usb *mock);

@@ -16,6 +16,7 @@ struct client {
     uint32_t seq;
     struct dx_msg_subscribe asked;
     bool welcome, subscribed, in_snapshot, had_snapshot;
+    struct dx_msg_welcome greeting;
     struct dx_msg_subscribed told;
     uint32_t geometry_len; /* bytes seen */
     uint64_t held[MAX_TILES];
@@ -72,14 +73,20 @@ static inline void client_send(struct client *c, uint16_t type, const uint8_t *b
                      DX_WIRE_HEADER_LEN + len);
 }
 
-static inline void client_hello(struct client *c, uint16_t major, uint32_t encodings)
+static inline void client_hello_of(struct client *c, uint16_t major, uint16_t minor,
+                                   uint32_t encodings)
 {
-    struct dx_msg_hello m = {.major = major, .minor = DX_WIRE_MINOR, .encodings = encodings};
+    struct dx_msg_hello m = {.major = major, .minor = minor, .encodings = encodings};
     uint8_t body[256];
     struct dx_writer w = dx_writer_init(body, sizeof(body));
 
     dx_msg_hello_put(&w, &m);
     client_send(c, DX_MSG_HELLO, body, (size_t)(w.p - body));
+}
+
+static inline void client_hello(struct client *c, uint16_t major, uint32_t encodings)
+{
+    client_hello_of(c, major, DX_WIRE_MINOR, encodings);
 }
 
 static inline void client_subscribe(struct client *c, const struct dx_msg_subscribe *m)
@@ -194,6 +201,7 @@ static inline void client_handle(struct client *c, const struct dx_wire_header *
     switch (h->type) {
     case DX_MSG_WELCOME:
         assert_false(c->welcome);
+        assert_int_equal(dx_msg_welcome_get(&c->greeting, c->body, h->length), 0);
         c->welcome = true;
         break;
     case DX_MSG_ERROR:

@@ -147,7 +147,7 @@ struct mesher {
 
 static inline bool mesher_add(struct mesher *m, uint64_t frame, const uint32_t *generation)
 {
-    static uint8_t body[DX_WIRE_MAX_BODY];
+    static __thread uint8_t body[DX_WIRE_MAX_BODY];
     struct fixture *fx = m->fx;
     uint32_t n_tiles = fixture_n_tiles(m->grid);
 

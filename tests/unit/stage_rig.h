@@ -8,8 +8,11 @@
 #include "drivers/stage.h"
 #include "tests/hil/scip_device.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
 #include <cmocka.h>
 
 #define S          1000000000ull

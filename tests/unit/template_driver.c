@@ -10,6 +10,7 @@
  */
 #include "core/base/bytes.h"
 #include "drivers/driver.h"
+#include "drivers/monotonic.h"
 #include "drivers/udev.h"
 
 #include <errno.h>
@@ -20,7 +21,6 @@
 #include <string.h>
 #include <sys/eventfd.h>
 #include <termios.h>
-#include <time.h>
 #include <unistd.h>
 
 /* In drivers/NAME/NAME.h, with a member in the union of daemon/config.h and a row for each key in
@@ -223,14 +223,6 @@ static int take_bytes(struct dx_device *dev, size_t want, struct dx_err *err)
     return dx_err_set(err, DX_DRIVER_E_GONE, "template: %s: the camera was unplugged", dev->node);
 }
 
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
 /* Never more than one wait: the caller wants to look at its clock. */
 static int template_read(struct dx_device *dev, struct dx_block *block, struct dx_err *err)
 {
@@ -254,7 +246,7 @@ static int template_read(struct dx_device *dev, struct dx_block *block, struct d
     count_lost(dev, dx_get_u32(f + 6));
     *block = (struct dx_block){.bytes = dev->block,
                                .len = BLOCK_HEAD + dev->len,
-                               .stamp = {.host_ns = now_ns()},
+                               .stamp = {.host_ns = dx_clock_ns()},
                                .source = dev->node};
     return 0;
 }

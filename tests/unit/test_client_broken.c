@@ -43,6 +43,14 @@ static void say_another_version(struct script *s, const struct dx_geometry *g)
     s->bytes[DX_WIRE_HEADER_LEN + 4] = 9;
 }
 
+/* It may not choose more than HELLO said. */
+static void say_later_minor(struct script *s, const struct dx_geometry *g)
+{
+    (void)g;
+    script_welcome(s);
+    s->bytes[DX_WIRE_HEADER_LEN + 6] = DX_WIRE_MINOR + 1;
+}
+
 static void say_http(struct script *s, const struct dx_geometry *g)
 {
     (void)g;
@@ -198,7 +206,8 @@ static void test_broken_servers(void **state)
 {
     (void)state;
     refuse_case("wrong magic", say_wrong_magic, "not a WELCOME");
-    refuse_case("another version", say_another_version, "expected 0.3");
+    refuse_case("another version", say_another_version, "expected 1.0 or less");
+    refuse_case("a later minor", say_later_minor, "speaks protocol 1.1");
     refuse_case("http", say_http, "at most 1024");
     refuse_case("oversized", say_oversized, "262145");
     refuse_case("greedy welcome", say_greedy_welcome, "not a WELCOME");

@@ -91,8 +91,8 @@ static void test_synthetic(void **state)
 
     (void)state;
     good(&c, "socket: \"/tmp/m \\u00fc\"\n"
-             "control_socket: /tmp/c\n"
-             "threads: 2\nmax_clients: 4096\nlog_level: debug\n"
+             "control_socket: /tmp/c\nmetrics_file: /m/x.prom\nmetrics_s: 5\n"
+             "threads: 2\nmax_clients: 4096\nmax_clients_per_uid: 8\nlog_level: debug\n"
              "streams:\n"
              "  - name: hall-1.x_\n"
              "    commit_ms: 5\n"
@@ -105,8 +105,9 @@ static void test_synthetic(void **state)
     assert_string_equal(c.socket, "/tmp/m \xc3\xbc");
     assert_string_equal(c.control_socket, "/tmp/c");
     assert_int_equal(c.threads, 2);
-    assert_int_equal(c.max_clients, 4096);
+    assert_true(c.max_clients == 4096 && c.max_clients_per_uid == 8);
     assert_int_equal(c.log_level, LOG_DEBUG);
+    assert_true(!strcmp(c.metrics_file, "/m/x.prom") && c.metrics_s == 5);
     assert_string_equal(s->name, "hall-1.x_");
     assert_int_equal(s->commit_ms, 5);
     assert_true(s->mesh.sigma_given);
@@ -291,8 +292,9 @@ static void test_print(void **state)
     static const char expected[] = "socket: \"/tmp/a\"\n"
                                    "control_socket: \"/run/dexeld/control.sock\"\n"
                                    "threads: 0\n"
-                                   "max_clients: 256\n"
-                                   "log_level: info\n"
+                                   "max_clients: 256\nmax_clients_per_uid: 0\n"
+                                   "client_memory_mib: 256\nmax_requests: 100\nlog_level: info\n"
+                                   "metrics_file: \"\"\nmetrics_s: 15\n"
                                    "streams:\n"
                                    "  - name: \"hall\"\n"
                                    "    commit_ms: 33\n"

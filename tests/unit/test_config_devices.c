@@ -78,12 +78,12 @@ static void test_ports(void **state)
 static void test_mounts(void **state)
 {
     static const struct bad bad[] = {
-        {HOKUYO ", angles: [90, 0, 0]}}\n", "t.yaml:3:13: streams[0].hokuyo: angles lay the scan "
-                                            "plane level, so that turning it sweeps "
-                                            "nothing"},
-        {HOKUYO ", angles: [-90, 0, 45]}}\n", "t.yaml:3:13: streams[0].hokuyo: angles lay the scan "
-                                              "plane level, so that turning it sweeps "
-                                              "nothing"},
+        {HOKUYO ", angles: [90, 0, 0]}}\n",
+         "t.yaml:3:38: streams[0].hokuyo.stage.angles: angles lay the scan plane level, so that "
+         "turning it sweeps nothing"},
+        {HOKUYO ", angles: [-90, 0, 45]}}\n",
+         "t.yaml:3:38: streams[0].hokuyo.stage.angles: angles lay the scan plane level, so that "
+         "turning it sweeps nothing"},
         {HOKUYO ", angles: [0, 0]}}\n", "t.yaml:3:38: streams[0].hokuyo.stage.angles: found a list "
                                         "of 2, expected one of 3 numbers"},
         {HOKUYO ", offset: [1]}}\n", "t.yaml:3:38: streams[0].hokuyo.stage.offset: found a list of "
@@ -111,9 +111,25 @@ static void test_lines(void **state)
         {HOKUYO ", encoder: {}}}\n",
          "t.yaml:3:39: streams[0].hokuyo.stage.encoder: found no a, expected one, or none"},
         {HOKUYO ", encoder: {a: x, b: x}}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: an encoder has a line for each of a, b and z"},
+         "t.yaml:3:49: streams[0].hokuyo.stage.encoder.b: an encoder has a line for each of a, b "
+         "and z"},
         {HOKUYO ", encoder: {a: x, b: y, z: y}}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: an encoder has a line for each of a, b and z"},
+         "t.yaml:3:55: streams[0].hokuyo.stage.encoder.z: an encoder has a line for each of a, b "
+         "and z"},
+        {TURNED "{led: {line: gpiochip0:3}, pps: {line: /dev/gpiochip0:03}}\n",
+         "t.yaml:4:24: streams[0].gpio.led.line: this line has another purpose already"},
+        {TURNED "{led: {line: 'gpiochip0:-1'}}\n",
+         "t.yaml:4:24: streams[0].gpio.led.line: the offset of a chip's line is from 0 to 65535"},
+        {HOKUYO ", encoder: {a: x, b: 'gpiochip0:-1'}}}\n",
+         "t.yaml:3:49: streams[0].hokuyo.stage.encoder.b: the offset of a chip's line is from 0 to "
+         "65535"},
+        {TURNED
+         "{led: {line: x}}\n  - name: b\n    hokuyo: {tty: /t, stage: {encoder: {a: x, b: y}}}\n",
+         "t.yaml:6:44: streams[1].hokuyo.stage.encoder.a: found a line of another stream, expected "
+         "its own"},
+        {TURNED "{led: {line: x}}\n  - name: b\n    hokuyo: {tty: /t, stage: {rpm: 1}}\n"
+                "    gpio: {led: {line: x}}\n",
+         "t.yaml:7:24: streams[1].gpio.led.line: found a line of another stream, expected its own"},
         {HOKUYO ", encoder: {a: x, b: y}}}\n    gpio: {interlock: {line: y}}\n",
          "t.yaml:3:49: streams[0].hokuyo.stage.encoder.b: this line has another purpose already"},
     };

@@ -56,6 +56,12 @@ static void test_scalars(void **state)
          "t.yaml:1:10: threads: found a list, expected a whole number from 0 to 256"},
         {"threads: {a: 1}",
          "t.yaml:1:10: threads: found a map, expected a whole number from 0 to 256"},
+        {"max_clients_per_uid: 4097", "t.yaml:1:22: max_clients_per_uid: found '4097', expected a "
+                                      "whole number from 0 to 4096"},
+        {"client_memory_mib: 0",
+         "t.yaml:1:20: client_memory_mib: found '0', expected a whole number from 1 to 65536"},
+        {"max_requests: often",
+         "t.yaml:1:15: max_requests: found 'often', expected a whole number from 1 to 100000"},
         {"max_clients: 0",
          "t.yaml:1:14: max_clients: found '0', expected a whole number from 1 to 4096"},
         {"log_level: loud",
@@ -202,17 +208,57 @@ static void test_keys(void **state)
         {"threads: 1", "t.yaml:1:1: streams: missing, expected a list of 1 to 64 streams"},
         {"streams:\n  - synthetic:\n", "t.yaml:2:5: streams[0].name: missing, expected 1 to 63 "
                                        "letters, digits and . _ -"},
+        {STREAM "    file:\n",
+         "t.yaml:3:10: streams[0].file.path: missing, expected a path of 1 to 4095 bytes"},
+        {STREAM, "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, v4l2, "
+                 "hokuyo, kinect"},
+        {STREAM "    file: {path: x}\n    synthetic:\n",
+         "t.yaml:4:5: streams[0].synthetic: found a second driver beside 'file', expected one"},
+        {"[threads]", "t.yaml:1:1: found a list, expected a map of keys"},
+        {"threads", "t.yaml:1:1: found 'threads', expected a map of keys"},
+        {"? [a]\n: b", "t.yaml:1:3: found a list, expected the name of a key"},
+        {"? {a: b}\n: b", "t.yaml:1:3: found a map, expected the name of a key"},
+    };
+
+    (void)state;
+    BAD_ALL(bad);
+}
+
+/* Keys of devices, and of the lines about them, that do not go together. */
+static void test_device_keys(void **state)
+{
+    static const struct bad bad[] = {
         {STREAM "    hokuyo: {tty: /dev/x, tcp: y, stage: {rpm: 1}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: found several of tty, tcp and port, expected one"},
+         "t.yaml:3:32: streams[0].hokuyo.tcp: found several of tty, tcp and port, expected one"},
         {STREAM "    hokuyo: {tty: /dev/x, stage: {rpm: 1, sweep: swing}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: sweeps back and forth need a swing"},
+         "t.yaml:3:50: streams[0].hokuyo.stage.sweep: sweeps back and forth need a swing"},
         {STREAM "    hokuyo: {tty: /dev/x, stage: {columns: 4}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: a stage needs its rpm, or the lines of its encoder"},
+         "t.yaml:3:34: streams[0].hokuyo.stage.rpm: a stage needs its rpm, or the lines of its "
+         "encoder"},
         {STREAM "    hokuyo: {stage: {encoder: {a: enc-a}}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: an encoder needs its lines a and b"},
+         "t.yaml:3:31: streams[0].hokuyo.stage.encoder.b: an encoder needs its lines a and b"},
         {STREAM "    hokuyo: {stage: {encoder: {a: enc-a, b: chip:1, counts: 10}}}\n",
-         "t.yaml:3:13: streams[0].hokuyo: counts of an encoder are a multiple of four, at most "
-         "16777216"},
+         "t.yaml:3:61: streams[0].hokuyo.stage.encoder.counts: counts of an encoder are a multiple "
+         "of four, at most 16777216"},
+        {STREAM "    hokuyo: {tty: /dev/x, baud: 9600, stage: {rpm: 1}}\n",
+         "t.yaml:3:33: streams[0].hokuyo.baud: found '9600', expected 19200, 38400, 57600, 115200, "
+         "230400 or 500000"},
+        {STREAM "    hokuyo: {first_step: 9, last_step: 9, stage: {rpm: 1}}\n",
+         "t.yaml:3:40: streams[0].hokuyo.last_step: found a last_step that is not behind "
+         "first_step"},
+        {STREAM "    hokuyo: {tcp: 'host:', stage: {rpm: 1}}\n",
+         "t.yaml:3:19: streams[0].hokuyo.tcp: found a tcp that is no address, expected HOST or "
+         "HOST:PORT"},
+        {STREAM "    hokuyo: {stage: {rpm: 1, columns: 5}}\n",
+         "t.yaml:3:39: streams[0].hokuyo.stage.columns: expected an even number of columns, so "
+         "that "
+         "half a turn is a whole number"},
+        {STREAM "    v4l2: {fx: 300, size: 640x480, k1: -1}\n",
+         "t.yaml:3:40: streams[0].v4l2.k1: the lens folds the image before pixel (0, 0): k1 -1, "
+         "k2 0, p1 0, p2 0, k3 0"},
+        {STREAM "    v4l2: {fx: 300, size: 640x480, k3: -9}\n",
+         "t.yaml:3:40: streams[0].v4l2.k3: the lens folds the image before pixel (0, 0): k1 0, "
+         "k2 0, p1 0, p2 0, k3 -9"},
         {STREAM "    synthetic: {}\n    gpio: {led: {line: led}}\n",
          "t.yaml:4:11: streams[0].gpio: found lines, which need a driver of a device"},
         {STREAM "    hokuyo: {stage: {rpm: 1}}\n    gpio: {laser: {line: laser}}\n",
@@ -231,16 +277,6 @@ static void test_keys(void **state)
         {STREAM "    hokuyo: {stage: {rpm: 1, exact: yes}}\n    ingest: {filter: mean}\n",
          "t.yaml:3:37: streams[0].hokuyo.stage.exact: exact points need filter off: an estimate is "
          "no sample"},
-        {STREAM "    file:\n",
-         "t.yaml:3:10: streams[0].file.path: missing, expected a path of 1 to 4095 bytes"},
-        {STREAM, "t.yaml:2:5: streams[0]: found no driver, expected one of synthetic, file, v4l2, "
-                 "hokuyo, kinect"},
-        {STREAM "    file: {path: x}\n    synthetic:\n",
-         "t.yaml:4:5: streams[0].synthetic: found a second driver beside 'file', expected one"},
-        {"[threads]", "t.yaml:1:1: found a list, expected a map of keys"},
-        {"threads", "t.yaml:1:1: found 'threads', expected a map of keys"},
-        {"? [a]\n: b", "t.yaml:1:3: found a list, expected the name of a key"},
-        {"? {a: b}\n: b", "t.yaml:1:3: found a map, expected the name of a key"},
     };
 
     (void)state;
@@ -395,9 +431,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scalars),     cmocka_unit_test(test_stream_scalars),
         cmocka_unit_test(test_scene_names), cmocka_unit_test(test_lists),
-        cmocka_unit_test(test_keys),        cmocka_unit_test(test_together),
-        cmocka_unit_test(test_yaml),        cmocka_unit_test(test_too_deep),
-        cmocka_unit_test(test_too_long),    cmocka_unit_test(test_bad_replay),
+        cmocka_unit_test(test_keys),        cmocka_unit_test(test_device_keys),
+        cmocka_unit_test(test_together),    cmocka_unit_test(test_yaml),
+        cmocka_unit_test(test_too_deep),    cmocka_unit_test(test_too_long),
+        cmocka_unit_test(test_bad_replay),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -50,8 +50,9 @@ static void test_all(void **state)
     static const char text[] = V4L2
         "{serial: 00AB_7, port: 1-2.3, path: /dev/v4l/by-path/x, format: Y16_BE, size: 320x240,\n"
         "      fps: 12.5, unit: 0.0001, disparity: [-640, 2.5], invalid: 65535, min_depth: 0.3,\n"
-        "      max_depth: 4, fx: 300, fy: 301, cx: -2.5, cy: 119.25, k1: -0.1, k2: 0.2, p1: 0.3,\n"
-        "      p2: -0.4, k3: 0.5}";
+        "      max_depth: 4, fx: 300, fy: 301, cx: -2.5, cy: 119.25, k1: -0.1, k2: 0.2, p1: "
+        "0.003,\n"
+        "      p2: -0.004, k3: 0.5}";
     struct dx_v4l2_config *v;
     struct dx_config c;
     struct dx_err err = {""};
@@ -70,8 +71,8 @@ static void test_all(void **state)
     assert_true(v->min_m == 0.3 && v->max_m == 4);
     assert_true(v->lens.fx == 300 && v->lens.fy == 301 && v->lens.cx == -2.5 &&
                 v->lens.cy == 119.25);
-    assert_true(v->lens.k1 == -0.1 && v->lens.k2 == 0.2 && v->lens.p1 == 0.3 &&
-                v->lens.p2 == -0.4 && v->lens.k3 == 0.5);
+    assert_true(v->lens.k1 == -0.1 && v->lens.k2 == 0.2 && v->lens.p1 == 0.003 &&
+                v->lens.p2 == -0.004 && v->lens.k3 == 0.5);
     dx_config_fini(&c);
 }
 

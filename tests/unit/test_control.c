@@ -168,12 +168,43 @@ static void test_bounds(void **state)
     fixture_stop(fx);
 }
 
+static bool is_answered(int fd)
+{
+    json_t *reply = control_ask(fd, "{\"request\":\"log-level\"}\n");
+    bool is = json_object_get(reply, "level") != NULL;
+
+    if (is)
+        json_decref(reply);
+    else
+        control_expect_error(reply, "too many requests: 3 a second (max_requests)");
+    return is;
+}
+
+/* More than are allowed in a second are refused; the connection stays, and is answered in the next.
+ */
+static void test_requests_a_second(void **state)
+{
+    struct fixture *fx =
+        fixture_start(&(struct fixture_options){.server = {.limits = {.max_requests = 3}}});
+    int fd = client_socket(fx->control, 0), other = client_socket(fx->control, 0);
+
+    (void)state;
+    assert_true(is_answered(fd));
+    while (is_answered(other)) /* they share the seconds */
+        ;
+    while (!is_answered(fd))
+        ;
+    close(other);
+    close(fd);
+    fixture_stop(fx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_clients),   cmocka_unit_test(test_clients_refused),
         cmocka_unit_test(test_log_level), cmocka_unit_test(test_devices),
-        cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_bounds),    cmocka_unit_test(test_requests_a_second),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

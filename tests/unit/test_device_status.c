@@ -12,7 +12,7 @@ static void kick(void *ctx)
 
 static json_t *status_of(struct dx_server *server)
 {
-    json_t *o = dx_status(server), *streams = json_object_get(o, "streams");
+    json_t *o = dx_status(server, false), *streams = json_object_get(o, "streams");
     json_t *d = json_incref(json_object_get(json_array_get(streams, 0), "device"));
 
     json_decref(o);

@@ -6,6 +6,7 @@
  */
 #include "drivers/gpio/gpio_port.h"
 #include "drivers/gpio/line_thread.h"
+#include "drivers/monotonic.h"
 
 #include "tests/unit/umock_fixture.h"
 
@@ -262,7 +263,7 @@ static void reads_events(void **state)
         {.where = "gpiochip0:1", .edges = DX_GPIO_BOTH},
     };
     struct dx_gpio_port *port = open_lines(lines, 2);
-    uint64_t now = dx_line_now(), real_ns;
+    uint64_t now = dx_clock_ns(), real_ns;
     struct dx_gpio_event e[64];
     struct timespec real;
 
@@ -290,7 +291,7 @@ static void reads_events(void **state)
     real_ns = (uint64_t)real.tv_sec * 1000000000u + (uint64_t)real.tv_nsec;
     happen(0, true, real_ns);
     assert_int_equal(port->ops->read(port, e, 64, NULL), 1);
-    assert_true(e[0].timestamp_ns >= now && e[0].timestamp_ns <= dx_line_now());
+    assert_true(e[0].timestamp_ns >= now && e[0].timestamp_ns <= dx_clock_ns());
     port->ops->release(port);
 }
 
@@ -302,7 +303,7 @@ static void a_chip_that_goes(void **state)
     struct dx_err err;
 
     (void)state;
-    happen(0, true, dx_line_now());
+    happen(0, true, dx_clock_ns());
     close(hand_over()->line[0].events);
     chip.line[0].events = -1;
     hand_over();

@@ -5,6 +5,7 @@
 #include "drivers/angle.h"
 #include "drivers/gpio/gpio_script.h"
 #include "drivers/gpio/line_thread.h"
+#include "drivers/monotonic.h"
 #include "drivers/stage_encoder.h"
 
 #include "core/base/trig.h"
@@ -27,8 +28,9 @@ static void knows_what_a_line_is(void **state)
 {
     static const char *const good[] = {"gpiochip0:17", "/dev/gpiochip12:0", "encoder-a",
                                        "GPIO17",       "usb:expander:3",    "P9.12"};
-    static const char *const bad[] = {"", "encoder a", "/dev/gpiochip0",
-                                      "a-name-of-more-than-thirty-one-bytes", "line\n"};
+    static const char *const bad[] = {
+        "",       "encoder a",    "/dev/gpiochip0",  "a-name-of-more-than-thirty-one-bytes",
+        "line\n", "gpiochip0:-1", "gpiochip0:65536", "gpiochip0:"};
     struct dx_gpio_place place;
 
     (void)state;
@@ -47,6 +49,12 @@ static void knows_what_a_line_is(void **state)
     assert_false(dx_gpio_where_split("x:", place.chip, sizeof(place.chip), &place.offset));
     assert_false(dx_gpio_where_split(":1", place.chip, sizeof(place.chip), &place.offset));
     assert_false(dx_gpio_where_split("gpiochip0:1", place.chip, 14, &place.offset));
+    assert_true(dx_gpio_where_same("gpiochip0:7", "/dev/gpiochip0:07"));
+    assert_true(dx_gpio_where_same("encoder-a", "encoder-a"));
+    assert_false(dx_gpio_where_same("gpiochip0:7", "gpiochip1:7"));
+    assert_false(dx_gpio_where_same("none", "none"));
+    assert_false(dx_gpio_where_same("", ""));
+    assert_false(dx_gpio_where_same(NULL, "x"));
 }
 
 /* ---- the script
@@ -232,7 +240,7 @@ static struct rig turned(uint32_t n, const struct dx_gpio_script_faults *faults,
     free(steps);
     assert_int_equal(dx_encoder_open_on(&r.source, &config, dx_gpio_script_bank(r.script), NULL),
                      0);
-    r.t0_ns = dx_line_now();
+    r.t0_ns = dx_clock_ns();
     dx_gpio_script_begin(r.script, r.t0_ns);
     return r;
 }
@@ -249,7 +257,7 @@ static void pass(struct rig *r, uint32_t counts)
 {
     uint64_t until = r->t0_ns + (uint64_t)counts * STEP + STEP / 2;
 
-    while (dx_line_now() < until + MS)
+    while (dx_clock_ns() < until + MS)
         poll(NULL, 0, 1);
     dx_gpio_script_advance(r->script, until);
     assert_int_equal(r->source->ops->pump(r->source, NULL), 0);
@@ -328,7 +336,7 @@ static void angles_are_the_stages(void **state)
     config.reverse = true;
     assert_int_equal(dx_gpio_script_new(&script, steps, turn(steps, 0, 2), NULL), 0);
     assert_int_equal(dx_encoder_open_on(&source, &config, dx_gpio_script_bank(script), NULL), 0);
-    t0 = dx_line_now();
+    t0 = dx_clock_ns();
     dx_gpio_script_begin(script, t0);
     dx_gpio_script_advance(script, UINT64_MAX);
     assert_int_equal(source->ops->samples(source, t0 + 2 * STEP, t0 + 2 * STEP, s, 2), 1);
@@ -401,7 +409,7 @@ static void looks_at_levels_after_a_doubt(void **state)
     struct dx_gpio_script *script;
     struct dx_angle_source *source;
     struct dx_encoder_status status;
-    uint64_t t = dx_line_now();
+    uint64_t t = dx_clock_ns();
     char text[96];
 
     (void)state;
@@ -446,6 +454,7 @@ static void refuses_what_cannot_be(void **state)
     struct dx_encoder_config config = encoder_config(true);
     struct dx_gpio_script *script;
     struct dx_angle_source *source;
+    const char *key;
     struct dx_err err;
 
     (void)state;
@@ -459,10 +468,11 @@ static void refuses_what_cannot_be(void **state)
     assert_non_null(strstr(err.text, "multiple of four"));
     config = encoder_config(true);
     config.gear = 0;
-    assert_non_null(dx_encoder_check(&config));
+    assert_non_null(dx_encoder_check(&config, &key));
     config = encoder_config(true);
     config.b = NULL;
-    assert_non_null(dx_encoder_check(&config));
+    assert_non_null(dx_encoder_check(&config, &key));
+    assert_string_equal(key, "stage.encoder.b");
     dx_gpio_script_free(script);
 }
 

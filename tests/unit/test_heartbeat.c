@@ -51,7 +51,7 @@ static void nothing(void *ctx)
 
 static void bed_open(struct bed *b)
 {
-    const struct dx_server_options options = {.max_clients = 1};
+    const struct dx_server_options options = {.signals = false};
     struct dx_server_stream_options stream = {.name = "t", .counters = &b->counters};
     struct dx_err err;
 

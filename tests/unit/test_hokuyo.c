@@ -1,10 +1,12 @@
 /* Blocks of scans: made of what the simulated scanner sends, decoded to frames; cut and damaged. */
 #include "drivers/hokuyo/hokuyo.h"
 #include "drivers/hokuyo/scip_block.h"
-#include "drivers/hokuyo/scip_link.h"
+#include "drivers/hokuyo/scip_fd.h"
 #include "tests/unit/scip_rig.h"
 
 #include <errno.h>
+#include <netinet/in.h>
+#include <stdio.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -261,17 +263,18 @@ static void checks_addresses(void **state)
     static const char *const bad[] = {":",          "host:",         ":10940",  "host:0",
                                       "host:65536", "host:99999999", "host:1x", "[::1",
                                       "[::1]x",     "[::1]:",        "[]"};
-    struct dx_hokuyo_config c = {.stage = {.angle = {.rpm = 1}}};
+    struct dx_hokuyo_config c = {.first_step = -1, .stage = {.angle = {.rpm = 1}}};
+    const char *key;
 
     (void)state;
     for (size_t k = 0; k < sizeof(good) / sizeof(good[0]); k++) {
         c.tcp = (char *)(uintptr_t)good[k];
-        assert_null(strstr(dx_hokuyo_check(&c) ? dx_hokuyo_check(&c) : "", "address"));
+        assert_null(dx_hokuyo_check(&c, &key));
     }
     for (size_t k = 0; k < sizeof(bad) / sizeof(bad[0]); k++) {
         c.tcp = (char *)(uintptr_t)bad[k];
-        assert_non_null(dx_hokuyo_check(&c));
-        assert_non_null(strstr(dx_hokuyo_check(&c), "address"));
+        assert_non_null(strstr(dx_hokuyo_check(&c, &key), "address"));
+        assert_string_equal(key, "tcp");
     }
 }
 
@@ -292,6 +295,59 @@ static void a_full_link_ends_a_command(void **state)
     assert_string_equal(err.text, "there: takes no commands");
     dx_scip_link_close(link);
     close(fds[1]);
+}
+
+/* Listens on this machine with room for nobody, so that connecting hangs. */
+static int listen_full(char address[32], int filling[8])
+{
+    struct sockaddr_in a = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    socklen_t len = sizeof(a);
+
+    assert_int_equal(bind(fd, (struct sockaddr *)&a, len), 0);
+    assert_int_equal(listen(fd, 0), 0);
+    assert_int_equal(getsockname(fd, (struct sockaddr *)&a, &len), 0);
+    snprintf(address, 32, "127.0.0.1:%u", ntohs(a.sin_port));
+    for (int k = 0; k < 8; k++) {
+        filling[k] = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+        (void)!connect(filling[k], (struct sockaddr *)&a, len);
+    }
+    return fd;
+}
+
+/* A scanner that does not answer on the network is waited for, in turns that can be woken. */
+static void connecting_can_be_woken(void **state)
+{
+    struct dx_hokuyo_config c = plain;
+    struct dx_device *dev;
+    struct dx_err err = {""};
+    unsigned n_turns = 0;
+    int filling[8], r;
+    char address[32];
+    int fd = listen_full(address, filling);
+
+    (void)state;
+    c.tcp = address;
+    assert_int_equal(dx_hokuyo_driver.open(&dev, &c, &err), 0);
+    for (int k = 0; k < 1000; k++) { /* of turns that are not woken twenty are enough */
+        dx_hokuyo_driver.wake(dev);
+        assert_int_equal(dx_hokuyo_driver.connect(dev, &err), DX_DRIVER_E_AGAIN);
+    }
+    do
+        r = dx_hokuyo_driver.connect(dev, &err);
+    while (r == DX_DRIVER_E_AGAIN && ++n_turns < 1000);
+    assert_int_equal(r, -ETIMEDOUT);
+    assert_string_equal(err.text + strlen(address), ": Connection timed out");
+    dx_hokuyo_driver.close(dev);
+    for (int k = 0; k < 8; k++)
+        close(filling[k]);
+    close(fd);
+    assert_int_equal(dx_hokuyo_driver.open(&dev, &c, &err), 0);
+    do
+        r = dx_hokuyo_driver.connect(dev, &err);
+    while (r == DX_DRIVER_E_AGAIN);
+    assert_int_equal(r, -ECONNREFUSED);
+    dx_hokuyo_driver.close(dev);
 }
 
 /* udev tells nothing of what is on the network. */
@@ -317,6 +373,7 @@ int main(void)
         cmocka_unit_test(damaged_blocks),
         cmocka_unit_test(refuses_what_does_not_go_together),
         cmocka_unit_test(a_full_link_ends_a_command),
+        cmocka_unit_test(connecting_can_be_woken),
         cmocka_unit_test(knows_where_udev_helps),
     };
 

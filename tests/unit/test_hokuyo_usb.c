@@ -1,15 +1,20 @@
 /*
  * The driver over USB: the simulated scanner as a device of umockdev (mock_usb.h), under the real
- * libusb. In real time, as the mock answers when it is asked.
+ * libusb. The monotonic clock is the test's: it goes on when a transfer is asked for and nothing is
+ * there, so nothing waits, and a busy machine changes nothing.
  */
 #include "drivers/hokuyo/hokuyo.h"
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 #include "tests/hil/scip_device.h"
 #include "tests/unit/mock_usb.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <time.h>
 #include <cmocka.h>
 
 /* CDC-ACM as a scanner has it: communication interface 0, data interface 1. */
@@ -22,11 +27,48 @@ static const uint8_t descriptors[] = {18, 1, 0,    2, 2,  0,  0,  64, 0xd1, 0x15
                                       7,  5, 2,    2, 64, 0,  0};
 _Static_assert(sizeof(descriptors) == 18 + 48, "configuration's total length");
 
-static struct scip_sim sim;
-static struct mock_usb *mock;
+/* The second scanner, at port 1-2, is there when a test puts it there. */
+static struct scip_sim sim, sim2;
+static struct mock_usb *mock, *mock2;
 static bool refuses; /* the requests of CDC-ACM */
 static int n_requests;
 static uint32_t columns; /* of a turn */
+
+/* ---- the clock: by the linker's wraps (Makefile) ----------------------------------------------
+ */
+
+#define CALL_NS 1000    /* of asking what time it is */
+#define IDLE_NS 1000000 /* of a transfer that stays queued */
+
+int __real_clock_gettime(clockid_t id, struct timespec *t);
+int __wrap_clock_gettime(clockid_t id, struct timespec *t);
+int __real_poll(struct pollfd *fds, nfds_t n, int timeout_ms);
+int __wrap_poll(struct pollfd *fds, nfds_t n, int timeout_ms);
+
+static _Atomic uint64_t time_ns = UINT64_C(1000000000000);
+
+int __wrap_clock_gettime(clockid_t id, struct timespec *t)
+{
+    uint64_t now;
+
+    if (id != CLOCK_MONOTONIC)
+        return __real_clock_gettime(id, t);
+    now = atomic_fetch_add(&time_ns, CALL_NS);
+    *t = (struct timespec){(time_t)(now / 1000000000), (long)(now % 1000000000)};
+    return 0;
+}
+
+/* A nap; the mock's descriptors are always ready. */
+int __wrap_poll(struct pollfd *fds, nfds_t n, int timeout_ms)
+{
+    if (n > 0)
+        return __real_poll(fds, n, timeout_ms);
+    atomic_fetch_add(&time_ns, (uint64_t)timeout_ms * 1000000);
+    return 0;
+}
+
+/* ---- the scanners -----------------------------------------------------------------------------
+ */
 
 static int on_control(void *ctx, const uint8_t request[8], uint8_t *bytes, int len)
 {
@@ -41,25 +83,25 @@ static int on_control(void *ctx, const uint8_t request[8], uint8_t *bytes, int l
 
 static int on_in(void *ctx, uint8_t endpoint, uint8_t *bytes, int len)
 {
+    struct scip_sim *s = ctx;
     size_t n;
 
-    (void)ctx;
-    scip_sim_tick(&sim, dx_pace_now());
-    n = sim.out_len < (size_t)len ? sim.out_len : (size_t)len;
-    if (endpoint != 0x81 || n == 0)
+    scip_sim_tick(s, dx_clock_ns());
+    n = s->out_len < (size_t)len ? s->out_len : (size_t)len;
+    if (endpoint != 0x81 || n == 0) {
+        atomic_fetch_add(&time_ns, IDLE_NS);
         return MOCK_USB_HOLD;
-    memcpy(bytes, sim.out, n);
-    sim.out_len -= n;
-    memmove(sim.out, sim.out + n, sim.out_len);
+    }
+    memcpy(bytes, s->out, n);
+    scip_sim_sent(s, n);
     return (int)n;
 }
 
 static int on_out(void *ctx, uint8_t endpoint, const uint8_t *bytes, int len)
 {
-    (void)ctx;
     if (endpoint != 2)
         return MOCK_USB_STALL;
-    scip_sim_feed(&sim, bytes, (size_t)len, dx_pace_now());
+    scip_sim_feed(ctx, bytes, (size_t)len, dx_clock_ns());
     return len;
 }
 
@@ -100,35 +142,82 @@ static int count_requests(void)
 
 static int setup(void **state)
 {
+    const struct mock_usb_device device = {.descriptors = descriptors,
+                                           .descriptors_len = sizeof(descriptors),
+                                           .ctx = &sim,
+                                           .control = on_control,
+                                           .in = on_in,
+                                           .out = on_out};
+
     (void)state;
     refuses = false;
     columns = 0;
     n_requests = 0;
-    scip_sim_init(&sim, &scip_models[2], dx_pace_now());
-    mock = mock_usb_new(&(struct mock_usb_device){descriptors, sizeof(descriptors), NULL,
-                                                  on_control, on_in, on_out, false});
+    scip_sim_init(&sim, &scip_models[2], dx_clock_ns());
+    mock = mock_usb_new(&device);
+    mock2 = NULL;
     return 0;
+}
+
+/* `usb_serial` NULL: USB tells none, as of all scanners so far. */
+static void plug_second(const char *serial, const char *usb_serial)
+{
+    const struct mock_usb_device device = {.descriptors = descriptors,
+                                           .descriptors_len = sizeof(descriptors),
+                                           .ctx = &sim2,
+                                           .control = on_control,
+                                           .in = on_in,
+                                           .out = on_out,
+                                           .serial = usb_serial};
+
+    scip_sim_init(&sim2, &scip_models[2], dx_clock_ns());
+    sim2.serial = serial;
+    mock2 = mock_usb_new_beside(mock, &device);
 }
 
 static int teardown(void **state)
 {
     (void)state;
+    if (mock2)
+        mock_usb_free(mock2);
     mock_usb_free(mock);
     return 0;
 }
 
-static struct dx_device *start(const char *port, const char *serial)
+/* Opens and reaches a scanner: 0, or why not. */
+static int reach(struct dx_device **dev, const char *port, const char *serial, struct dx_err *err)
 {
-    const struct dx_hokuyo_config c = {.port = (char *)port,
-                                       .serial = (char *)serial,
+    const struct dx_hokuyo_config c = {.port = (char *)(uintptr_t)port,
+                                       .serial = (char *)(uintptr_t)serial,
                                        .first_step = 500,
                                        .last_step = 580,
                                        .cluster = 1,
                                        .stage = {.angle = {.rpm = 10}, .columns = columns}};
+    int r = dx_hokuyo_driver.open(dev, &c, err);
+
+    if (r)
+        return r;
+    do
+        r = dx_hokuyo_driver.connect(*dev, err);
+    while (r == DX_DRIVER_E_AGAIN);
+    if (r)
+        dx_hokuyo_driver.close(*dev);
+    return r;
+}
+
+static void stop(struct dx_device *dev)
+{
+    dx_hokuyo_driver.stop(dev);
+    dx_hokuyo_driver.close(dev);
+}
+
+static struct dx_device *start(const char *port, const char *serial)
+{
     struct dx_device *dev = NULL;
     struct dx_err err = {""};
 
-    assert_int_equal(dx_hokuyo_driver.open(&dev, &c, &err), 0);
+    if (reach(&dev, port, serial, &err))
+        fail_msg("%s", err.text);
     assert_int_equal(dx_hokuyo_driver.start(dev, &err), 0);
     return dev;
 }
@@ -165,8 +254,7 @@ static void streams(void **state)
         assert_string_equal(health.serial, "H0614967");
         assert_string_equal(health.place, "usb 1-1");
         assert_int_equal(health.n_damaged + health.n_lost, 0);
-        dx_hokuyo_driver.stop(dev);
-        dx_hokuyo_driver.close(dev);
+        stop(dev);
         assert_int_equal(state_of_sim(), SIM_IDLE);
         assert_int_equal(mock_usb_n_claimed(mock), 0);
         assert_int_equal(mock_usb_n_queued(mock), 0);
@@ -188,8 +276,7 @@ static void tells_of_empty_columns(void **state)
         assert_int_equal(next(dev, &block, &err), 0);
     dx_hokuyo_driver.health(dev, &health);
     assert_non_null(strstr(health.trouble, "too few scans a turn for 4000 columns"));
-    dx_hokuyo_driver.stop(dev);
-    dx_hokuyo_driver.close(dev);
+    stop(dev);
 }
 
 static bool contact_is_open;
@@ -235,28 +322,125 @@ static void obeys_the_interlock(void **state)
     assert_int_equal(dx_hokuyo_driver.read(dev, &block, &err), DX_DRIVER_E_AGAIN);
     mock_usb_unplug(mock);
     assert_int_equal(next(dev, &block, &err), DX_DRIVER_E_GONE);
-    dx_hokuyo_driver.stop(dev);
-    dx_hokuyo_driver.close(dev);
+    stop(dev);
 }
 
+/* At a port that is named, another one is a fault. */
 static void refuses_another_serial(void **state)
 {
-    struct dx_device *dev = start("", "H0000001");
+    struct dx_device *dev = start("1-1", "H0000001");
     struct dx_block block;
     struct dx_err err = {""};
 
     (void)state;
     assert_int_equal(next(dev, &block, &err), -ENXIO); /* there, and not ours */
     assert_string_equal(err.text, "usb 1-1: serial number is 'H0614967', expected 'H0000001'");
-    dx_hokuyo_driver.stop(dev);
-    dx_hokuyo_driver.close(dev);
+    stop(dev);
     set_faults((struct scip_faults){.no_serial = true});
-    dev = start("", "H0614967");
+    dev = start("1-1", "H0614967");
     assert_int_equal(next(dev, &block, &err), -ENXIO);
     assert_string_equal(err.text,
                         "usb 1-1: the scanner tells no serial number, expected 'H0614967'");
-    dx_hokuyo_driver.stop(dev);
-    dx_hokuyo_driver.close(dev);
+    stop(dev);
+}
+
+static void expect_place(struct dx_device *dev, const char *serial, const char *place)
+{
+    struct dx_device_health health;
+    struct dx_block block;
+    struct dx_err err = {""};
+
+    assert_int_equal(next(dev, &block, &err), 0);
+    dx_hokuyo_driver.health(dev, &health);
+    assert_string_equal(health.serial, serial);
+    assert_string_equal(health.place, place);
+}
+
+/* Two of a kind, and two streams: each has its own, whichever is opened first. */
+static void finds_each_its_own(void **state)
+{
+    struct dx_device *one, *two;
+    struct dx_err err = {""};
+
+    (void)state;
+    plug_second("H0000002", NULL);
+    for (int round = 0; round < 2; round++) {
+        two = start("", round ? "H0614967" : "H0000002");
+        one = start("", round ? "H0000002" : "H0614967");
+        expect_place(two, round ? "H0614967" : "H0000002", round ? "usb 1-1" : "usb 1-2");
+        expect_place(one, round ? "H0000002" : "H0614967", round ? "usb 1-2" : "usb 1-1");
+        stop(one);
+        stop(two);
+        assert_int_equal(mock_usb_n_claimed(mock) + mock_usb_n_claimed(mock2), 0);
+    }
+    assert_int_equal(reach(&one, "", "H0000003", &err), DX_DRIVER_E_GONE);
+    assert_string_equal(err.text, "no scanner with serial number 'H0000003': usb 1-1 has "
+                                  "'H0614967'; usb 1-2 has 'H0000002'");
+    assert_int_equal(mock_usb_n_claimed(mock) + mock_usb_n_claimed(mock2), 0);
+}
+
+/* Without a serial it is the first that is free; and what another stream has is known. */
+static void takes_one_that_is_free(void **state)
+{
+    struct dx_device *one = start("", ""), *two, *three;
+    struct dx_err err = {""};
+
+    (void)state;
+    assert_int_equal(reach(&two, "", "H0614967", &err), -EBUSY); /* it may be asked only */
+    assert_non_null(strstr(err.text, "another program has interface"));
+    expect_place(one, "H0614967", "usb 1-1");
+    assert_int_equal(reach(&two, "", "", &err), -EBUSY);
+    assert_non_null(strstr(err.text, "another program has interface"));
+    assert_int_equal(reach(&two, "", "H0000002", &err), DX_DRIVER_E_GONE);
+    assert_string_equal(err.text,
+                        "no scanner with serial number 'H0000002': usb 1-1 has 'H0614967'");
+    plug_second("H0000002", NULL);
+    two = start("", "");
+    expect_place(two, "H0000002", "usb 1-2");
+    assert_int_equal(reach(&three, "", "", &err), -EBUSY);
+    stop(one);
+    stop(two);
+}
+
+/* What USB tells is enough: a scanner that says nothing need not. */
+static void goes_by_the_serial_of_usb(void **state)
+{
+    struct dx_device *dev = NULL;
+    struct dx_err err = {""};
+
+    (void)state;
+    plug_second(NULL, "U2");
+    mock_usb_lock(mock);
+    sim.faults.mute = true;
+    mock_usb_unlock(mock);
+    dev = start("", "U2");
+    expect_place(dev, "", "usb 1-2");
+    stop(dev);
+    assert_int_equal(reach(&dev, "", "U3", &err), -ETIMEDOUT); /* it may be the mute one */
+    assert_string_equal(err.text, "no scanner with serial number 'U3': usb 1-1 does not say who it "
+                                  "is; usb 1-2 tells none");
+}
+
+/* Whoever stops the stream does not wait until all have been asked. */
+static void asking_can_be_woken(void **state)
+{
+    const struct dx_hokuyo_config c = {.serial = (char *)(uintptr_t) "H1",
+                                       .first_step = -1,
+                                       .last_step = -1,
+                                       .cluster = 1,
+                                       .stage = {.angle = {.rpm = 10}}};
+    struct dx_device *dev;
+    struct dx_err err = {""};
+
+    (void)state;
+    set_faults((struct scip_faults){.mute = true});
+    assert_int_equal(dx_hokuyo_driver.open(&dev, &c, &err), 0);
+    for (int k = 0; k < 100; k++) { /* not woken each would take 100 ms; it has three seconds */
+        dx_hokuyo_driver.wake(dev);
+        assert_int_equal(dx_hokuyo_driver.connect(dev, &err), DX_DRIVER_E_AGAIN);
+    }
+    stop(dev);
+    assert_int_equal(mock_usb_n_claimed(mock), 0);
 }
 
 static void is_unplugged(void **state)
@@ -274,8 +458,7 @@ static void is_unplugged(void **state)
     while (r == 0); /* what had come before */
     assert_int_equal(r, DX_DRIVER_E_GONE);
     assert_non_null(strstr(err.text, "removed"));
-    dx_hokuyo_driver.stop(dev);
-    dx_hokuyo_driver.close(dev);
+    stop(dev);
 }
 
 int main(int argc, char **argv)
@@ -285,6 +468,10 @@ int main(int argc, char **argv)
         cmocka_unit_test_setup_teardown(tells_of_empty_columns, setup, teardown),
         cmocka_unit_test_setup_teardown(obeys_the_interlock, setup, teardown),
         cmocka_unit_test_setup_teardown(refuses_another_serial, setup, teardown),
+        cmocka_unit_test_setup_teardown(finds_each_its_own, setup, teardown),
+        cmocka_unit_test_setup_teardown(takes_one_that_is_free, setup, teardown),
+        cmocka_unit_test_setup_teardown(goes_by_the_serial_of_usb, setup, teardown),
+        cmocka_unit_test_setup_teardown(asking_can_be_woken, setup, teardown),
         cmocka_unit_test_setup_teardown(is_unplugged, setup, teardown),
     };
 

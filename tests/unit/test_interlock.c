@@ -6,6 +6,7 @@
 #include "drivers/gpio/interlock_guard.h"
 #include "drivers/gpio/led.h"
 #include "drivers/gpio/line_thread.h"
+#include "drivers/monotonic.h"
 #include "drivers/rig.h"
 
 #include <errno.h>
@@ -128,7 +129,7 @@ static struct dx_interlock_state await_open(bool is_open)
 /* The line's logical level: stop. */
 static void stop(bool is_stop)
 {
-    dx_gpio_script_set_level(script, INTERLOCK, is_stop, dx_line_now());
+    dx_gpio_script_set_level(script, INTERLOCK, is_stop, dx_clock_ns());
 }
 
 static void drops_the_laser(void **state)
@@ -164,8 +165,8 @@ static void drops_the_laser(void **state)
     assert_string_equal(s.text, "");
 
     /* open and closed again before anybody looked: it was open */
-    dx_gpio_script_set_level(script, INTERLOCK, true, dx_line_now());
-    dx_gpio_script_set_level(script, INTERLOCK, false, dx_line_now());
+    dx_gpio_script_set_level(script, INTERLOCK, true, dx_clock_ns());
+    dx_gpio_script_set_level(script, INTERLOCK, false, dx_clock_ns());
     while (await_open(false).n_openings < 2)
         poll(NULL, 0, 1);
     await_level(LASER, true);
@@ -197,8 +198,8 @@ static void what_was_lost_may_be_a_stop(void **state)
     open_it();
     await_open(false);
     for (uint64_t k = 0; k < 3; k++) { /* the second is lost, the third tells */
-        dx_gpio_script_set_level(script, 2, true, dx_line_now());
-        dx_gpio_script_set_level(script, 2, false, dx_line_now());
+        dx_gpio_script_set_level(script, 2, true, dx_clock_ns());
+        dx_gpio_script_set_level(script, 2, false, dx_clock_ns());
     }
     do {
         poll(NULL, 0, 1);
@@ -311,8 +312,8 @@ static void beats(void **state)
     stop(true);
     await_open(true);
     await_level(LASER, false);
-    for (uint64_t n = dx_gpio_script_n_sets(script, LASER), t = dx_line_now();
-         dx_line_now() < t + 20000000;)
+    for (uint64_t n = dx_gpio_script_n_sets(script, LASER), t = dx_clock_ns();
+         dx_clock_ns() < t + 20000000;)
         assert_int_equal(dx_gpio_script_n_sets(script, LASER), n);
 }
 

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "drivers/kinect/kinect_decode.h"
-#include "drivers/replay.h"
+#include "drivers/monotonic.h"
 #include "tests/unit/fake_libusb.h"
 #include "tools/alloc_count.h"
 
@@ -56,11 +56,24 @@ static int all_is_given_back(void **state)
            f->n_configs || f->n_lists;
 }
 
+/* Opens it, and asks it for its constants. */
+static int reach(struct dx_device **dev, struct dx_err *err)
+{
+    int r = driver->open(dev, &config, err);
+
+    if (r)
+        return r;
+    r = driver->connect(*dev, err);
+    if (r)
+        driver->close(*dev);
+    return r;
+}
+
 static struct dx_device *open_it(void)
 {
     struct dx_device *dev = NULL;
     struct dx_err err;
-    int r = driver->open(&dev, &config, &err);
+    int r = reach(&dev, &err);
 
     if (r)
         print_message("%s\n", err.text);
@@ -276,7 +289,7 @@ static void what_keeps_it_from_opening_is_told(void **state)
     assert_non_null(strstr(err.text, "another program"));
     fake_libusb.claim_error = 0;
     fake_libusb.sim.constants.pixel_mm = 0;
-    assert_int_equal(driver->open(&dev, &config, &err), -EPROTO);
+    assert_int_equal(reach(&dev, &err), -EPROTO);
     fake_libusb.sim.constants.pixel_mm = 0.1042f;
     config.near = true;
     assert_int_equal(driver->open(&dev, &config, &err), -ENOTSUP);
@@ -318,8 +331,31 @@ static void replies_are_waited_for(void **state)
     dev = start_it();
     end_it(dev);
     fake_libusb.sim.faults.n_stale = 1000000;
-    assert_int_equal(driver->open(&dev, &config, &err), -EPROTO);
+    assert_int_equal(reach(&dev, &err), -EPROTO);
     assert_non_null(strstr(err.text, "found the reply to command 0x04"));
+}
+
+/* One that answers nothing is asked for a second: whoever stops the stream does not wait for that.
+ */
+static void asking_can_be_woken(void **state)
+{
+    struct dx_device *dev;
+    struct dx_err err;
+
+    (void)state;
+    fake_libusb.sim.faults.n_silent = 1000000;
+    assert_int_equal(driver->open(&dev, &config, &err), 0);
+    for (int k = 0; k < 3; k++) {
+        driver->wake(dev);
+        assert_int_equal(driver->connect(dev, &err), DX_DRIVER_E_AGAIN);
+    }
+    assert_true(driver->connect(dev, &err) < 0);
+    fake_libusb.sim.faults.n_silent = 0;
+    driver->wake(dev);
+    while (driver->connect(dev, &err) == DX_DRIVER_E_AGAIN)
+        ; /* asked anew, it answers */
+    assert_int_equal(driver->start(dev, &err), 0);
+    end_it(dev);
 }
 
 static void *wake(void *ctx)
@@ -378,9 +414,9 @@ static void a_stop_waits_for_no_answer(void **state)
     dev = start_it();
     assert_int_equal(read_block(dev, &block), 0);
     fake_libusb.sim.faults.n_silent = 1000000;
-    start_ns = dx_pace_now();
+    start_ns = dx_clock_ns();
     end_it(dev);
-    assert_true(dx_pace_now() - start_ns < UINT64_C(1000000000)); /* each answer had a second */
+    assert_true(dx_clock_ns() - start_ns < UINT64_C(1000000000)); /* each answer had a second */
 }
 
 /* The kernel keeps the transfers: all else is given back, and close ends. */
@@ -437,6 +473,7 @@ int main(void)
         TEST(what_keeps_it_from_opening_is_told),
         TEST(the_windows_model_has_its_own_setting),
         TEST(replies_are_waited_for),
+        TEST(asking_can_be_woken),
         TEST(a_silent_camera_keeps_nobody),
         TEST(a_stream_that_only_fails_ends),
         TEST(a_stop_waits_for_no_answer),

@@ -2,6 +2,9 @@
 #include "scip_rig.h"
 
 #include "core/base/rng.h"
+#include "drivers/hokuyo/scip_code.h"
+
+#include <stdio.h>
 
 static void starts(void **state)
 {

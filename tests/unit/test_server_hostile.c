@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "core/base/rng.h"
+#include "daemon/outbox.h"
 
 #define MS 1000000u
 
@@ -37,6 +38,30 @@ static void test_refusals(void **state)
     c = client_start(fx, NULL);
     client_send(c, DX_MSG_NEXT, NULL, 0); /* not in pull mode */
     client_expect_error(c, DX_WIRE_E_PROTOCOL);
+    fixture_stop(fx);
+}
+
+/* A client of before 1.0 is told what to do; one of a later minor is served in ours. */
+static void test_versions(void **state)
+{
+    struct fixture *fx = fixture_start(NULL);
+    struct client *c = client_connect(fx);
+
+    (void)state;
+    client_hello_of(c, 0, 3, 1);
+    client_until_closed(c);
+    assert_int_equal(c->error.code, DX_WIRE_E_VERSION);
+    assert_string_equal(c->error.text,
+                        "found protocol 0.3, expected 1.x: take a client of that version");
+    client_close(c);
+    c = client_connect(fx);
+    client_hello_of(c, DX_WIRE_MAJOR, DX_WIRE_MINOR + 5, 1);
+    client_subscribe(c, &(struct dx_msg_subscribe){0});
+    client_until_frame(c, 3);
+    assert_int_equal(c->greeting.major, DX_WIRE_MAJOR);
+    assert_int_equal(c->greeting.minor, DX_WIRE_MINOR);
+    assert_int_equal(c->greeting.features, 0);
+    client_close(c);
     fixture_stop(fx);
 }
 
@@ -213,22 +238,45 @@ static void test_a_thousand_connects(void **state)
     fixture_stop(fx);
 }
 
-static void test_limit(void **state)
+/* Refuses one more than the limits allow, when it connects or when it subscribes, in these words;
+ * whoever is there notices nothing, and one who goes makes room. */
+static void expect_limit(const struct dx_server_limits *limits, bool at_once, const char *text)
 {
-    struct fixture *fx = fixture_start(&(struct fixture_options){.server = {.max_clients = 2}});
+    struct fixture *fx = fixture_start(&(struct fixture_options){.server = {.limits = *limits}});
     struct client *a = client_start(fx, NULL), *b = client_start(fx, NULL), *c;
 
-    (void)state;
     client_until_frame(a, 3);
     client_until_frame(b, 3);
-    c = client_connect(fx);
-    client_expect_error(c, DX_WIRE_E_LIMIT);
+    c = at_once ? client_connect(fx) : client_start(fx, NULL);
+    client_until_closed(c);
+    assert_int_equal(c->error.code, DX_WIRE_E_LIMIT);
+    assert_string_equal(c->error.text, text);
+    client_close(c);
     fixture_frames(fx, 4);
     client_until_frame(a, 4);
     client_until_frame(b, 4);
-    client_close(a);
+    client_send(a, DX_MSG_NEXT, NULL, 0); /* ends it, and says when it has */
+    client_expect_error(a, DX_WIRE_E_PROTOCOL);
+    c = client_start(fx, NULL);
+    client_until_frame(c, 4);
+    client_close(c);
     client_close(b);
     fixture_stop(fx);
+}
+
+static void test_limit(void **state)
+{
+    char text[100];
+
+    (void)state;
+    expect_limit(&(struct dx_server_limits){.max_clients = 2}, true,
+                 "too many subscribers: 2 (max_clients)");
+    snprintf(text, sizeof(text), "too many subscribers of user %u: 2 (max_clients_per_uid)",
+             (unsigned)getuid());
+    expect_limit(&(struct dx_server_limits){.max_clients_per_uid = 2}, true, text);
+    /* a subscriber of the fixture's small grid holds little more than its buffer of 256 KiB */
+    expect_limit(&(struct dx_server_limits){.client_memory = 3 * DX_OUTBOX_OWN}, false,
+                 "too much memory for subscribers: 1 MiB (client_memory_mib)");
 }
 
 /* Out of descriptors the server looks away from the socket for a moment; when some are free, it
@@ -392,12 +440,19 @@ static void test_control_errors(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),       cmocka_unit_test(test_levels_refused),
-        cmocka_unit_test(test_absurd_lengths), cmocka_unit_test(test_unknown_messages),
-        cmocka_unit_test(test_half_a_hello),   cmocka_unit_test(test_hello_byte_by_byte),
-        cmocka_unit_test(test_random_bytes),   cmocka_unit_test(test_a_thousand_connects),
-        cmocka_unit_test(test_limit),          cmocka_unit_test(test_out_of_descriptors),
-        cmocka_unit_test(test_paths),          cmocka_unit_test(test_status),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_versions),
+        cmocka_unit_test(test_levels_refused),
+        cmocka_unit_test(test_absurd_lengths),
+        cmocka_unit_test(test_unknown_messages),
+        cmocka_unit_test(test_half_a_hello),
+        cmocka_unit_test(test_hello_byte_by_byte),
+        cmocka_unit_test(test_random_bytes),
+        cmocka_unit_test(test_a_thousand_connects),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_out_of_descriptors),
+        cmocka_unit_test(test_paths),
+        cmocka_unit_test(test_status),
         cmocka_unit_test(test_control_errors),
     };
 

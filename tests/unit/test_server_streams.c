@@ -229,6 +229,7 @@ static void test_removed_and_added(void **state)
     number = client->n_commits;
     change(fx, &c, ADD, other_stream(other, "second"));
     stays = client_start(fx, &named);
+    client_until(stays, DX_MSG_STREAM_STATE);
     other_frames(other, 2);
     client_until_frame(stays, 2);
     assert_int_equal(client->n_commits, number);

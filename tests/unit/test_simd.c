@@ -164,13 +164,14 @@ static void run_loops(struct outcome *o, const struct dx_rows *rows, const struc
     for (uint32_t i = 0; i < DX_BLOCK; i++) {
         const uint32_t *range = tile->range + i * DX_BLOCK;
         uint16_t rank[DX_ROWS_N], low[DX_ROWS_N];
+        const uint16_t *const row = low;
 
         rows->rank(rank, o->used[i], o->first[i]);
         for (uint32_t j = 0; j < DX_BLOCK; j++)
             o->rank[i * DX_BLOCK + j] = dx_bits_at(o->used[i], j) ? rank[j] : 0;
         for (uint32_t j = 0; j < DX_ROWS_N; j++)
             low[j] = (uint16_t)range[j];
-        rows->digest(o->digest, low, o->used[i]);
+        rows->digest(o->digest, &row, o->used + i, 1);
         xyz = rows->spin(xyz, spin, range, o->used[i]);
         kept = rows->keep(kept, range, o->used[i]);
         kept16 = rows->keep16(kept16, range, o->used[i]);

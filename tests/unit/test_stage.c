@@ -260,10 +260,12 @@ static void what_cannot_be(void **state)
     struct watch w = {0};
     struct dx_frame_sink sink = {&w, on_geometry, on_plane, on_deliver};
     struct dx_turning_stage *st;
+    const char *key;
     struct dx_err err;
 
     (void)state;
-    assert_non_null(strstr(dx_stage_check(&c), "level"));
+    assert_non_null(strstr(dx_stage_check(&c, &key), "level"));
+    assert_string_equal(key, "stage.angles");
     assert_int_equal(dx_stage_new(&st, &c, &err), -EINVAL);
     c.angles_deg[0] = 0;
     assert_int_equal(dx_stage_new(&st, &c, &err), 0);
@@ -279,11 +281,11 @@ static void what_cannot_be(void **state)
     free(w.kept);
     dx_stage_free(st);
     c.columns = 101;
-    assert_non_null(dx_stage_check(&c));
+    assert_non_null(dx_stage_check(&c, &key));
     c = (struct dx_stage_config){.angle = {.rpm = 10}, .exact = true, .mean = true};
-    assert_non_null(dx_stage_check(&c));
+    assert_non_null(dx_stage_check(&c, &key));
     c = (struct dx_stage_config){.angle = {.rpm = 10}, .sweep = DX_STAGE_SWING};
-    assert_non_null(dx_stage_check(&c));
+    assert_non_null(dx_stage_check(&c, &key));
     assert_int_equal(dx_stage_new(&st, &c, &err), -EINVAL);
 }
 

@@ -6,6 +6,7 @@
 #include "drivers/gpio/line_thread.h"
 #include "drivers/gpio/pps.h"
 #include "drivers/gpio/trigger_queue.h"
+#include "drivers/monotonic.h"
 #include "drivers/rig.h"
 
 #include "core/base/rng.h"
@@ -254,7 +255,7 @@ static void a_rig_stamps_frames(void **state)
     while (!dx_gpio_script_is_open(script))
         poll(NULL, 0, 1);
     dx_rig_run(rig, true);
-    t = dx_line_now();
+    t = dx_clock_ns();
     for (uint64_t k = 0; k < 5; k++) {
         dx_gpio_script_set_level(script, 0, true, t + k * PERIOD);
         dx_gpio_script_set_level(script, 0, false, t + k * PERIOD + 50000); /* 50 us: no edge */
@@ -294,7 +295,7 @@ static void a_rig_triggers(void **state)
     while (await(rig, &status)->n_triggers < 10)
         ;
     assert_true(dx_gpio_script_n_sets(script, 0) >= 19);
-    for (uint64_t k = 0, t = dx_line_now() - 9 * (uint64_t)S; k < 9; k++) {
+    for (uint64_t k = 0, t = dx_clock_ns() - 9 * (uint64_t)S; k < 9; k++) {
         dx_gpio_script_set_level(script, 1, true, t + k * (uint64_t)S);
         dx_gpio_script_set_level(script, 1, false, t + k * (uint64_t)S + 100 * MS);
     }

@@ -96,7 +96,7 @@ static int setup(void **state)
     (void)state;
     memset(&echo, 0, sizeof(echo));
     mock = mock_usb_new(&(struct mock_usb_device){descriptors, sizeof(descriptors), &echo,
-                                                  echo_control, echo_in, echo_out, false});
+                                                  echo_control, echo_in, echo_out, false, NULL});
     return 0;
 }
 

@@ -53,7 +53,7 @@ static const struct kind {
     size_t len; /* of the body of the example */
     union any example;
 } kinds[] = {
-    {"HELLO", put_hello, get_hello, 16, {.hello = {1, 2, 3, 4}}},
+    {"HELLO", put_hello, get_hello, 16, {.hello = {1, 0, 3, 4}}},
     {"WELCOME",
      put_welcome,
      get_welcome,
@@ -181,6 +181,28 @@ static void test_wrong_lengths(void **state)
     }
 }
 
+/* A later version may say more in its HELLO; that of ours may not. */
+static void test_hello_of_another_version(void **state)
+{
+    static const struct {
+        uint16_t major, minor;
+        int longer;
+    } cases[] = {{1, 0, -EBADMSG}, {1, 1, 0}, {2, 0, 0}, {0, 3, 0}};
+
+    (void)state;
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        const union any m = {.hello = {cases[i].major, cases[i].minor, 0, 7}};
+        uint8_t body[32] = {0};
+        size_t len = put(&kinds[0], &m, body, sizeof(body));
+
+        assert_int_equal(get_at_length(&kinds[0], body, len, len), 0);
+        assert_int_equal(get_at_length(&kinds[0], body, len, len + 5), cases[i].longer);
+        assert_int_equal(get_at_length(&kinds[0], body, len, len - 1), -EBADMSG);
+    }
+    assert_int_equal(dx_wire_minor(0), 0);
+    assert_int_equal(dx_wire_minor(7), DX_WIRE_MINOR);
+}
+
 static void test_writer_short_of_room(void **state)
 {
     (void)state;
@@ -298,7 +320,7 @@ static void test_golden_bytes(void **state)
     static const uint8_t hello[] = {
         0x10, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0x00, 0x00,
         0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x44, 0x45, 0x58, 0x4c,
-        0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x00, 0x00, 0x07, 0x00, 0x00, 0x00,
+        0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x07, 0x00, 0x00, 0x00,
     };
     static const uint8_t subscribe[] = {
         0x18, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff,
@@ -306,7 +328,7 @@ static void test_golden_bytes(void **state)
         0x00, 0x00, 0x03, 0x20, 0x28, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
         0x00, 0x00, 0x00, 0x00, 0x40, 0x00, 0x04, 0x00, 0x72, 0x6f, 0x6f, 0x66,
     };
-    const struct dx_msg_hello h = {.major = 0, .minor = 3, .encodings = 7};
+    const struct dx_msg_hello h = {.major = 1, .minor = 0, .encodings = 7};
     const struct dx_msg_subscribe s = {.stream = "roof",
                                        .lod = {.bound = 64, .stride = 32},
                                        .want = DX_WANT_ATTR | DX_WANT_NORMALS,
@@ -364,6 +386,7 @@ int main(void)
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_fields),
         cmocka_unit_test(test_wrong_lengths),
+        cmocka_unit_test(test_hello_of_another_version),
         cmocka_unit_test(test_writer_short_of_room),
         cmocka_unit_test(test_fields_out_of_range),
         cmocka_unit_test(test_texts),

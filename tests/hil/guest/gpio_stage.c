@@ -6,6 +6,7 @@
 #include "core/base/trig.h"
 #include "drivers/angle.h"
 #include "drivers/gpio/line_thread.h"
+#include "drivers/monotonic.h"
 #include "drivers/stage_encoder.h"
 #include "tests/hil/guest/sim_lines.h"
 
@@ -60,7 +61,7 @@ static int turn(int at, int n)
 static void expect_angle(double turns)
 {
     struct dx_angle_sample s[2];
-    uint64_t now = dx_line_now();
+    uint64_t now = dx_clock_ns();
 
     poll(NULL, 0, 5); /* libgpiod 1 has to wait before it knows that no edge has come */
     expect(source->ops->samples(source, now, now, s, 2) == 1, "the angle is known");

@@ -1,15 +1,21 @@
 /*
- * room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1: a subscriber of a scanner that stands in a box-shaped
- * room, on a turning stage. In each of N whole frames, the first left out, a third of the dexels
- * must have a vertex, and each must lie on a wall: all within FAR_M, on average within MEAN_M.
- * FAR_M is what one count of an encoder with 400 is in a corner 4 m away, 63 mm, and some
- * milliseconds between the scanner's clock and ours. In two frames or more, half a turn each, all
- * six walls must have been seen.
+ * room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1 [still|STREAM]: a subscriber of a scanner (the only stream,
+ * or the one named) that stands in a box-shaped room, on a turning stage. In each of N whole
+ * frames, the first left out, a third of the dexels must have a vertex, and each must lie on a
+ * wall: all within FAR_M, on average within MEAN_M. FAR_M is what one count of an encoder with 400
+ * is in a corner 4 m away, 63 mm, and some milliseconds between the scanner's clock and ours. In
+ * two frames or more, half a turn each, all six walls must have been seen.
+ *
+ * still: the scanner does not turn, though the service takes it for turning. Then each scan is the
+ * same, and the mesh is the body of revolution of it: floor and ceiling, and a cylinder of the
+ * radius X1 (a scanner with a blind third sees none of the wall behind it), whatever anybody's
+ * clock says. Within EXACT_M: the scanner tells millimetres.
  */
 #include "client/dexel.h"
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +24,7 @@
 #define DONE       1
 #define MEAN_M     0.01
 #define FAR_M      0.1
+#define EXACT_M    0.001
 #define LEAST_WALL 100 /* vertices of a wall, in all frames together */
 
 struct place {
@@ -27,6 +34,7 @@ struct place {
 
 static struct {
     double room[6];
+    bool still;
     uint32_t width, height;
     struct place *place; /* of each dexel */
     unsigned n_seen, n_frames, n_wanted;
@@ -70,17 +78,32 @@ static int on_tile(void *user, const struct dexel_tile *t)
     return 0;
 }
 
+static int n_walls(void)
+{
+    return check.still ? 3 : 6;
+}
+
+/* From a point to a wall. */
+static double off(const float p[3], int wall)
+{
+    double away = hypot((double)p[0], (double)p[1]);
+
+    if (!check.still)
+        return fabs(p[wall % 3] - check.room[wall]);
+    return wall < 2 ? fabs(p[2] - check.room[2 + 3 * wall]) : fabs(away - check.room[3]);
+}
+
 /* From a point to the nearest wall, which gets one more. */
-static double off_wall(const float p[3], unsigned n_of[6])
+static double off_walls(const float p[3], unsigned n_of[6])
 {
     double best = INFINITY;
     int wall = 0;
 
-    for (int k = 0; k < 6; k++) {
-        double off = fabs(p[k % 3] - check.room[k]);
+    for (int k = 0; k < n_walls(); k++) {
+        double far = off(p, k);
 
-        wall = off < best ? k : wall;
-        best = fmin(best, off);
+        wall = far < best ? k : wall;
+        best = fmin(best, far);
     }
     n_of[wall]++;
     return best;
@@ -89,6 +112,7 @@ static double off_wall(const float p[3], unsigned n_of[6])
 static int on_commit(void *user, const struct dexel_commit *c)
 {
     size_t n_dexels = (size_t)check.width * check.height, n = 0;
+    double far_m = check.still ? EXACT_M : FAR_M;
     unsigned n_of[6] = {0};
     double sum = 0, worst = 0;
 
@@ -96,18 +120,18 @@ static int on_commit(void *user, const struct dexel_commit *c)
     if (c->partial)
         return 0;
     for (size_t i = 0; i < n_dexels; i++) {
-        double off = check.place[i].held ? off_wall(check.place[i].xyz, n_of) : 0;
+        double far = check.place[i].held ? off_walls(check.place[i].xyz, n_of) : 0;
 
         n += check.place[i].held != 0;
-        sum += off;
-        worst = fmax(worst, off);
+        sum += far;
+        worst = fmax(worst, far);
     }
     printf("frame %llu: %zu vertices, %.4f m off the walls on average, %.4f m at most\n",
            (unsigned long long)c->frame, n, sum / (double)n, worst);
     if (check.n_seen++ == 0)
         return 0; /* it began anywhere */
-    if (n < n_dexels / 3 || worst > FAR_M || sum / (double)n > MEAN_M)
-        die("expected %zu vertices, %g m on average, %g m at most", n_dexels / 3, MEAN_M, FAR_M);
+    if (n < n_dexels / 3 || worst > far_m || sum / (double)n > MEAN_M)
+        die("expected %zu vertices, %g m on average, %g m at most", n_dexels / 3, MEAN_M, far_m);
     for (int k = 0; k < 6; k++)
         check.n_of[k] += n_of[k];
     return ++check.n_frames == check.n_wanted ? DONE : 0;
@@ -117,7 +141,7 @@ static void expect_all_walls(void)
 {
     printf("vertices of the walls: %lu %lu %lu %lu %lu %lu\n", check.n_of[0], check.n_of[1],
            check.n_of[2], check.n_of[3], check.n_of[4], check.n_of[5]);
-    for (int k = 0; k < 6; k++)
+    for (int k = 0; k < n_walls(); k++)
         if (check.n_of[k] < LEAST_WALL)
             die("expected %u or more of each", LEAST_WALL);
 }
@@ -130,9 +154,11 @@ int main(int argc, char **argv)
     struct dexel *d;
     int r;
 
-    if (argc != 9)
-        die("usage: room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1");
+    check.still = argc == 10 && !strcmp(argv[9], "still");
+    if (argc != 9 && argc != 10)
+        die("usage: room_check SOCKET N X0 Y0 Z0 X1 Y1 Z1 [still|STREAM]");
     options.socket = argv[1];
+    options.stream = check.still ? NULL : argv[9];
     check.n_wanted = (unsigned)strtoul(argv[2], NULL, 10);
     for (int k = 0; k < 6; k++)
         check.room[k] = strtod(argv[3 + k], NULL);

@@ -1,9 +1,35 @@
-/* What a reload has done, as the answer of the control socket. Loop thread. */
-#include "daemon/control_reload.h"
+/* The configuration in force, and what a reload has done, as answers of the control socket. Loop
+ * thread. */
+#include "daemon/control_config.h"
 
 #include "daemon/control.h"
 #include "daemon/reload_report.h"
 #include "daemon/server_priv.h"
+
+#include <stdlib.h>
+
+/* Texts of the file are UTF-8; its name, and the words of a command line, may be any bytes. */
+static json_t *text_of(char *yaml)
+{
+    json_t *text = json_string(yaml);
+
+    for (char *p = yaml; !text && *p; p++)
+        *p = *p & (char)0x80 ? '?' : *p;
+    return text ? text : json_string(yaml);
+}
+
+json_t *dx_control_config(struct dx_server *server, const json_t *request)
+{
+    char *yaml = server->options.config ? server->options.config(server->options.ctx) : NULL;
+    json_t *answer;
+
+    (void)request;
+    if (!yaml)
+        return json_pack("{s:s}", "error", "the configuration cannot be told: no memory");
+    answer = json_pack("{s:o}", "yaml", text_of(yaml));
+    free(yaml);
+    return answer;
+}
 
 json_t *dx_control_no_reload(struct dx_server *server, const json_t *request)
 {

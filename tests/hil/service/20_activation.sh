@@ -1,0 +1,28 @@
+# Stopped, the service is started by who subscribes, who then gets the mesh; by the socket for operators as well. Its sockets go
+# with their units, and come with the service.
+# limit: 300
+set -eu
+. tests/hil/devices.sh
+. tests/hil/installed.sh
+
+inode=$(stat -c %i $run/mesh.sock)
+systemctl stop dexeld.service
+has ActiveState inactive
+has Result success
+has ActiveState active dexeld.socket
+meshed
+has ActiveState active
+has TriggeredBy 'dexeld-control.socket dexeld.socket'
+[ "$(stat -c %i $run/mesh.sock)" = "$inode" ] || wrong 'the socket is another one'
+
+systemctl stop dexeld.service
+dexel status
+has ActiveState active
+
+systemctl stop dexeld.socket dexeld-control.socket
+has ActiveState inactive
+[ ! -e $run/mesh.sock ] && [ ! -e $run/control.sock ] || wrong 'a socket is left'
+systemctl start dexeld.service
+has ActiveState active dexeld.socket
+has ActiveState active dexeld-control.socket
+meshed

@@ -1,0 +1,323 @@
+#!/bin/sh
+# dexel doctor on machines that are made of files (DEXEL_DOCTOR_ROOT): one where all is well, then one thing wrong at a time, each
+# of which is found with the command that mends it. And a running service is asked.
+set -u
+. "$(dirname "$0")/../expect.sh"
+export DEXEL_DOCTOR_ROOT="$run/root"
+root=$DEXEL_DOCTOR_ROOT
+gid=$(id -g) # the group of all files that are made here
+uid=4242     # who asks, on those machines: not the owner of the files
+
+put() {
+  case $1 in */*) mkdir -p "$root/${1%/*}" ;; esac
+  printf '%s\n' "$2" >"$root/$1"
+}
+
+# group NAME=NUMBER:MEMBERS...; the files' group is that which owns devices and sockets on the machine
+groups() {
+  : >"$root/etc/group"
+  for g in "$@"; do echo "${g%%=*}:x:${g#*=}" >>"$root/etc/group"; done
+}
+
+# alice asks, in the groups of the session; the service is one of systemd. A camera, a Kinect, a scanner, a GPIO chip.
+make_machine() {
+  mkdir -p "$root/run/dexeld" "$root/var/lib/dexeld" "$root/etc"
+  put etc/passwd "root:x:0:0::/root:/bin/sh
+alice:x:$uid:1000::/:/bin/sh
+dexeld:x:990:990::/:/bin/false"
+  groups "dexeld=$gid:" dexel=2001:alice,dexeld dexel-admin=2002:alice video=2003:dexeld dialout=2004:
+  put proc/self/status "Uid:	$uid	$uid	$uid	$uid
+Gid:	1000	1000	1000	1000
+Groups:	1000 2001 2002 "
+  put lib/systemd/system/dexeld.service "[Service]
+User=dexeld
+Group=dexel
+SupplementaryGroups=dexeld video dialout"
+  put lib/udev/rules.d/60-dexeld.rules '# rule'
+  put sys/fs/cgroup/system.slice/dexeld.service/cgroup.procs 77
+  put proc/77/status "Gid:	2001	2001	2001	2001
+Groups:	2001 2003 2004 $gid "
+  put proc/77/limits 'Max open files            1024                 524288               files     '
+  put sys/bus/usb/devices/1-2/idVendor 045e
+  put sys/bus/usb/devices/1-2/idProduct 02ae
+  put sys/bus/usb/devices/1-2/busnum 1
+  put sys/bus/usb/devices/1-2/devnum 7
+  put sys/bus/usb/devices/1-2/serial A22
+  put sys/bus/usb/devices/1-3/idVendor 15d1
+  put sys/bus/usb/devices/1-3/idProduct 0000
+  put sys/bus/usb/devices/1-3/busnum 1
+  put sys/bus/usb/devices/1-3/devnum 8
+  put sys/bus/usb/devices/1-3:1.0/bInterfaceClass 02
+  put sys/bus/usb/devices/1-4:1.0/bInterfaceClass 0e
+  put sys/class/video4linux/video0/name 'Depth One'
+  put sys/class/tty/ttyACM0/dev 166:0
+  put sys/bus/gpio/devices/gpiochip0/dev 254:0
+  for node in bus/usb/001/007 bus/usb/001/008 video0 ttyACM0 gpiochip0; do
+    put "dev/$node" ''
+    chmod 660 "$root/dev/$node"
+  done
+  mkdir -p "$root/sys/module/uvcvideo" "$root/sys/module/cdc_acm"
+  put sys/module/usbcore/parameters/usbfs_memory_mb 16
+  put facts 'adjtimex 0
+now 1800000000
+free /var/lib/dexeld 100000000000'
+  put sys/devices/system/clocksource/clocksource0/current_clocksource tsc
+  put sys/devices/system/clocksource/clocksource0/available_clocksource 'tsc hpet'
+  put sys/class/rtc/rtc0/since_epoch 1800000001
+  put sys/devices/system/cpu/cpu0/cpufreq/scaling_governor schedutil
+  put sys/devices/system/cpu/cpu0/cpufreq/scaling_driver acpi-cpufreq
+  chmod 770 "$root/var/lib/dexeld"
+  config ''
+}
+
+machine() {
+  rm -rf "$root"
+  cp -rp "$run/whole" "$root"
+}
+
+config() { # config STREAMS...: besides those of all drivers
+  put etc/dexeld/dexeld.yaml "streams:
+  - name: kinect
+    kinect: {serial: A22}
+    record: {path: /var/lib/dexeld/kinect-%Y.mcap}
+  - name: line
+    hokuyo: {port: 1-3, stage: {rpm: 6}}
+    gpio: {led: {line: gpiochip0:4}}
+  - name: camera
+    v4l2: {path: /dev/video0, fx: 400}
+$1"
+}
+
+doctor() { # doctor STATUS
+  "$dexel" doctor >out 2>err
+  got=$?
+  [ $got = "$1" ] || { fail "exit $got, expected $1"; cat out err; }
+}
+
+# finds LEVEL TOPIC TEXT [COMMAND]: a finding, and the command that follows it
+finds() {
+  level=$1 topic=$2 text=$3 mend=${4:-} awk '
+    BEGIN {level = ENVIRON["level"]; topic = ENVIRON["topic"]; text = ENVIRON["text"]; mend = ENVIRON["mend"]}
+    found {if (mend == "" || $0 == "                  $ " mend) good = 1; found = 0}
+    $1 == level && $2 == topic && index($0, text) {found = 1; if (mend == "") good = 1}
+    END {exit !good}' out || { fail "expected $1 of $2: '$3' and '${4:-}' in:"; cat out; }
+}
+
+# ---- all is well; nobody listens yet --------------------------------------------------------------------
+make_machine
+mv "$root" "$run/whole"
+machine
+doctor 1
+[ "$(grep -c '^problem' out)" = 2 ] || { fail "problems of a machine that has none"; cat out; }
+! grep -q '^warning' out || { fail "warnings of a machine that has none"; cat out; }
+finds problem sockets '/run/dexeld/mesh.sock is not there' 'sudo systemctl start dexeld.socket dexeld-control.socket dexeld.service'
+finds ok config '/etc/dexeld/dexeld.yaml: 3 streams'
+finds ok groups 'alice is in dexel, and may subscribe'
+finds ok groups "the service's user dexeld has its groups"
+finds ok rule '/lib/udev/rules.d/60-dexeld.rules is installed'
+finds ok devices '/dev/bus/usb/001/007 (camera of Kinect for Xbox 360), group dexeld, mode 0660: dexeld may open it'
+finds ok devices '/dev/video0 (Depth One)'
+finds ok devices '/dev/gpiochip0 (GPIO lines)'
+finds ok streams 'kinect: what it reads (kinect) is there'
+finds ok usb 'usbfs has 16 MB for transfers, the devices attached take 544 kB'
+finds ok disk 'kinect: there is room in /var/lib/dexeld'
+finds ok limits 'the service may have 1024 open files, 344 are needed'
+"$dexel" doctor --quiet >out
+! grep -q '^ok' out || fail '--quiet tells what is well'
+"$dexel" doctor --json >out
+grep -q '"problems": 2, "warnings": 0, "findings": \[' out || { fail '--json'; cat out; }
+grep -q '{"level": "problem", "topic": "sockets", "text": "[^"]*", "mend": "sudo systemctl start ' out || { fail '--json'; cat out; }
+expect 2 "$dexel" doctor more
+expect 2 "$dexel" doctor --more
+expect 0 "$dexel" doctor --help
+
+# from here on a service answers: sockets, then everything else one by one
+serve() {
+  cat >"$run/serve.yaml" <<YAML
+socket: $root/run/dexeld/mesh.sock
+control_socket: $root/run/dexeld/control.sock
+streams:
+  - name: ball
+    synthetic: {scene: sphere, size: 32x16}
+YAML
+  groups "dexeld=$gid:" dexel=2001:alice,dexeld dexel-admin=2002:alice video=2003:dexeld dialout=2004:
+  start_dexeld -c "$run/serve.yaml" || exit 1
+}
+serve
+doctor 0
+finds ok service 'the service answers, version '
+finds ok service 'ball is '
+finds warning sockets 'mesh.sock is of the group dexeld, not of dexel' 'sudo chgrp dexel /run/dexeld/mesh.sock'
+finds warning sockets 'control.sock is of the group dexeld, not of dexel-admin' 'sudo chgrp dexel-admin /run/dexeld/control.sock'
+groups "dexel=$gid:alice"
+doctor 0
+finds warning sockets '/run/dexeld/mesh.sock: alice may not connect' 'sudo adduser alice dexel && newgrp dexel'
+chmod 666 "$root/run/dexeld/mesh.sock"
+doctor 0
+finds warning sockets 'has mode 0666: everybody may connect' 'sudo chmod 0660 /run/dexeld/mesh.sock'
+finds ok sockets '/run/dexeld/mesh.sock: somebody answers'
+kill -9 "$dexeld_pid"
+wait "$dexeld_pid" 2>/dev/null
+dexeld_pid=
+doctor 1
+finds problem sockets '/run/dexeld/mesh.sock: nobody answers (Connection refused)' \
+  'sudo systemctl restart dexeld.socket dexeld-control.socket dexeld.service'
+rm "$root/run/dexeld/mesh.sock"
+put run/dexeld/mesh.sock ''
+doctor 1
+finds problem sockets '/run/dexeld/mesh.sock is no socket' \
+  'sudo rm /run/dexeld/mesh.sock && sudo systemctl start dexeld.socket dexeld-control.socket dexeld.service'
+
+# a stream that has failed; sockets that are told of
+machine
+printf 'not a scan' >"$run/bad.pcd"
+start_dexeld --replay "$run/bad.pcd" --loop --socket "$root/s" || exit 1
+"$dexel" cat --socket "$root/s" --timeout 20 >/dev/null 2>&1 # until the stream is over
+expect 0 "$dexel" doctor --socket /s
+finds ok sockets '/s.control: somebody answers'
+finds warning service 'replay is ended: ' 'journalctl -u dexeld -n 50'
+stop_dexeld
+
+# ---- one thing at a time --------------------------------------------------------------------------------
+# wrong LEVEL TOPIC TEXT COMMAND: that one is found; then a whole machine again. (Nobody listens: so the status is 1.)
+wrong() {
+  doctor 1
+  finds "$@"
+  machine
+}
+machine
+rm "$root/etc/dexeld/dexeld.yaml"
+wrong warning config 'there is no /etc/dexeld/dexeld.yaml' 'sudo apt-get install --reinstall -o Dpkg::Options::=--force-confmiss dexeld'
+config '    nonsense: 1'
+wrong problem config 'nonsense' 'sudoedit /etc/dexeld/dexeld.yaml && dexeld -c /etc/dexeld/dexeld.yaml --check'
+
+groups "dexeld=$gid:" dexel-admin=2002:alice video=2003:dexeld dialout=2004:
+wrong warning groups 'there is no group dexel: root and the service alone may subscribe' 'sudo groupadd --system dexel'
+groups "dexeld=$gid:" dexel-admin=2002:alice video=2003:dexeld dialout=2004:
+put usr/lib/sysusers.d/dexeld.conf ''
+wrong warning groups 'there is no group dexel' 'sudo systemd-sysusers'
+put proc/self/status "Uid:	$uid
+Gid:	1000
+Groups:	1000 2002 "
+wrong warning groups 'alice is in dexel, but not yet in this session' 'newgrp dexel'
+put proc/self/status "Uid:	$uid
+Gid:	1000
+Groups:	1000 2001 "
+groups "dexeld=$gid:" dexel=2001:alice,dexeld dexel-admin=2002: video=2003: dialout=2004:
+wrong warning groups 'alice is not in dexel-admin, and may not operate' 'sudo adduser alice dexel-admin'
+put lib/systemd/system/dexeld.service '[Service]'
+wrong warning groups "the service's user dexeld is not in dialout" 'sudo adduser dexeld dialout'
+put proc/77/status "Gid:	2001
+Groups:	2001 2004 $gid "
+wrong warning groups 'dexeld is in video, but was not when it was started' 'sudo systemctl restart dexeld'
+put etc/passwd "alice:x:$uid:1000::/:/bin/sh"
+wrong warning groups 'there is no user dexeld for the service' 'sudo adduser --system --group --no-create-home dexeld'
+put proc/self/status "Uid:	0
+Gid:	0
+Groups:	0 "
+wrong ok groups 'root may subscribe in any case'
+
+rm "$root/lib/udev/rules.d/60-dexeld.rules"
+wrong problem rule 'the udev rule 60-dexeld.rules is not installed' 'sudo apt-get install --reinstall dexeld'
+rm -r "$root/lib/udev/rules.d/60-dexeld.rules" "$root/sys/bus/usb"
+wrong warning rule 'the udev rule 60-dexeld.rules is not installed' 'sudo apt-get install --reinstall dexeld'
+mkdir -p "$root/etc/udev/rules.d"
+: >"$root/etc/udev/rules.d/60-dexeld.rules"
+wrong problem rule 'is empty, and hides the rule' 'sudo rm /etc/udev/rules.d/60-dexeld.rules && sudo udevadm control --reload'
+
+chmod 600 "$root/dev/bus/usb/001/007"
+wrong problem devices 'mode 0600: dexeld may not open it' \
+  'sudo udevadm control --reload && sudo udevadm trigger --action=add --name-match=/dev/bus/usb/001/007'
+chmod 600 "$root/dev/bus/usb/001/007"
+rm "$root/lib/udev/rules.d/60-dexeld.rules"
+wrong problem devices 'mode 0600: dexeld may not open it' \
+  'sudo apt-get install --reinstall dexeld && sudo udevadm control --reload && sudo udevadm trigger --action=add --name-match=/dev/bus/usb/001/007'
+groups dexeld=990: dexel=2001:alice,dexeld dexel-admin=2002:alice video=2003:dexeld dialout=2004: "plugdev=$gid:"
+case $gid in
+0) wrong problem devices 'group plugdev, mode 0660: dexeld may not open it' \
+  'sudo udevadm control --reload && sudo udevadm trigger --action=add --name-match=/dev/video0' ;;
+*) wrong problem devices 'group plugdev, mode 0660: dexeld may not open it' 'sudo adduser dexeld plugdev && sudo systemctl restart dexeld' ;;
+esac
+chmod 600 "$root/dev/ttyACM0"
+wrong warning devices '/dev/ttyACM0 (serial port of USB), group dexeld, mode 0600: dexeld may not open it' \
+  'sudo udevadm control --reload && sudo udevadm trigger --action=add --name-match=/dev/ttyACM0'
+chmod 666 "$root/dev/video0"
+wrong warning devices 'mode 0666: everybody may write to it' 'sudo chmod o-rw /dev/video0'
+rm "$root/dev/gpiochip0"
+wrong problem devices '/dev/gpiochip0 (GPIO lines) has no node, though the kernel knows the device' 'sudo udevadm trigger --action=add'
+# no user for the service: who asks is looked at
+put etc/passwd "alice:x:$uid:1000::/:/bin/sh"
+wrong problem devices 'alice may not open it'
+
+rm "$root/dev/video0"
+wrong problem streams 'camera: /dev/video0 is not there' 'dexel devices'
+put sys/bus/usb/devices/1-2/serial A23
+wrong problem streams 'kinect: a Kinect camera, of its serial and port is not there' 'dexel devices'
+mv "$root/sys/bus/usb/devices/1-3" "$root/sys/bus/usb/devices/1-5"
+wrong problem streams 'line: a Hokuyo scanner on USB, of its serial and port is not there' 'dexel devices'
+config '  - {name: old, file: {path: /rec/*.mcap}}'
+wrong problem streams 'old: /rec/*.mcap is not there'
+
+rmdir "$root/sys/module/uvcvideo"
+wrong problem modules "the kernel's uvcvideo is not loaded" 'sudo modprobe uvcvideo'
+rmdir "$root/sys/module/cdc_acm"
+wrong warning modules "the kernel's cdc_acm is not loaded" 'sudo modprobe cdc_acm'
+rm -r "$root/sys/bus/gpio"
+wrong problem modules 'the kernel has no GPIO chip' 'lsmod | grep -i gpio'
+
+usbfs=/sys/module/usbcore/parameters/usbfs_memory_mb
+for n in 1 2 3; do
+  cp -r "$root/sys/bus/usb/devices/1-2" "$root/sys/bus/usb/devices/2-$n"
+done
+put $usbfs 1
+wrong problem usb 'usbfs has 1 MB for transfers, the devices attached take 1984 kB' "echo 64 | sudo tee $usbfs"
+put $usbfs 8
+wrong warning usb 'usbfs has 8 MB for transfers of all programs' "echo 64 | sudo tee $usbfs"
+put $usbfs 0
+wrong ok usb 'usbfs has no bound of memory'
+
+put facts 'adjtimex 5
+now 1800000000'
+wrong warning clocks 'nothing synchronises the clock' 'sudo timedatectl set-ntp true'
+source=/sys/devices/system/clocksource/clocksource0
+put $source/current_clocksource hpet
+wrong warning clocks "the clock's source is hpet" "echo tsc | sudo tee $source/current_clocksource"
+put sys/class/rtc/rtc0/since_epoch 1799999000
+wrong warning clocks "the board's clock is -1000 s off" 'sudo hwclock --systohc'
+put sys/class/rtc/rtc0/since_epoch 1800007201
+wrong warning clocks "the board's clock is 7201 s off: it has local time" 'sudo timedatectl set-local-rtc 0'
+
+put facts 'adjtimex 0
+now 1800000000
+free /var/lib/dexeld 1000000000'
+wrong warning disk 'kinect: 953 MB are free in /var/lib/dexeld, and nothing bounds it (record.keep_mib); the oldest recording can go' \
+  "ls -t /var/lib/dexeld/*.mcap | tail -n 1 | xargs -d '\\n' sudo rm --"
+put facts 'adjtimex 0
+now 1800000000
+free /var/lib/dexeld 1000000'
+wrong problem disk 'kinect: 0 MB are free' "ls -t /var/lib/dexeld/*.mcap | tail -n 1 | xargs -d '\\n' sudo rm --"
+rmdir "$root/var/lib/dexeld"
+wrong problem disk 'there is no folder /var/lib/dexeld' 'sudo install -d -o dexeld -g dexel -m 750 /var/lib/dexeld'
+chmod 700 "$root/var/lib/dexeld"
+wrong problem disk 'dexeld may not write to /var/lib/dexeld' 'sudo chown dexeld /var/lib/dexeld'
+
+put proc/77/limits 'Max open files            256                 524288               files     '
+wrong problem limits 'the service may have 256 open files, 256 subscribers and 3 streams need 344' \
+  "printf '[Service]\\nLimitNOFILE=688\\n' | sudo install -D -m 644 /dev/stdin /etc/systemd/system/dexeld.service.d/files.conf && sudo systemctl daemon-reload && sudo systemctl restart dexeld"
+rm -r "$root/sys/fs"
+put proc/self/limits 'Max open files            256                 524288               files     '
+wrong problem limits 'a program of this shell may have 256 open files' 'ulimit -n 688'
+
+put sys/devices/system/cpu/cpu0/cpufreq/scaling_governor powersave
+wrong warning cpu '1 of 1 processors stay at their lowest frequency' \
+  'echo schedutil | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor'
+put sys/devices/system/cpu/cpu0/cpufreq/scaling_governor powersave
+put sys/devices/system/cpu/cpu0/cpufreq/scaling_driver intel_pstate
+wrong ok cpu 'processors follow the load'
+
+# this machine: whatever is found, it is told
+unset DEXEL_DOCTOR_ROOT
+"$dexel" doctor >out 2>err
+[ $? -le 1 ] || fail "this machine: $(cat err)"
+grep -q 'problems, [0-9]* warnings$' out || fail 'this machine: no sum'
+exit $bad

@@ -1,0 +1,49 @@
+/* The topics of `dexel doctor`, one after the other, and their findings. */
+#include "tools/doctor.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+void dx_doctor_tell(struct dx_doctor *d, enum dx_doctor_level level, const char *mend,
+                    const char *fmt, ...)
+{
+    static const char *const names[] = {"ok", "warning", "problem"};
+    char text[512];
+    json_t *finding;
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof(text), fmt, ap);
+    va_end(ap);
+    finding = json_pack("{s:s, s:s, s:s}", "level", names[level], "topic", d->topic, "text", text);
+    if (!finding) /* names of files need not be UTF-8 */
+        finding = json_pack("{s:s, s:s, s:s}", "level", names[level], "topic", d->topic, "text",
+                            "a text that is no UTF-8");
+    if (mend)
+        json_object_set_new(finding, "mend", json_string(mend));
+    json_array_append_new(d->findings, finding);
+    d->n_of[level]++;
+}
+
+void dx_doctor_run(struct dx_doctor *d)
+{
+    static const struct {
+        const char *name;
+        void (*look)(struct dx_doctor *d);
+    } topics[] = {
+        /* the configuration first: it tells what is needed */
+        {"config", dx_doctor_config},   {"groups", dx_doctor_groups},
+        {"sockets", dx_doctor_sockets}, {"service", dx_doctor_service},
+        {"rule", dx_doctor_rules},      {"devices", dx_doctor_devices},
+        {"streams", dx_doctor_streams}, {"modules", dx_doctor_modules},
+        {"usb", dx_doctor_usb},         {"clocks", dx_doctor_clocks},
+        {"disk", dx_doctor_disk},       {"limits", dx_doctor_limits},
+        {"cpu", dx_doctor_processor},
+    };
+
+    dx_doctor_find_users(d);
+    for (size_t k = 0; k < sizeof(topics) / sizeof(topics[0]); k++) {
+        d->topic = topics[k].name;
+        topics[k].look(d);
+    }
+}
