@@ -36,6 +36,8 @@ streams:
         exact: yes
 YAML
 }
+# what the turret measures counts from the encoder's first index on
+turns() { device_is state streaming && device_is trouble ''; }
 open_devices() { find "/proc/$(shown MainPID)/fd" -printf '%l\n' | grep '^/dev/' | grep -v '^/dev/null' | sort -u; }
 is_open() { open_devices | grep -q "^$1"; }
 
@@ -43,6 +45,7 @@ streams 'port: ""'
 systemctl restart dexeld.service
 width=320 height=180 depth_expect 2 /run/hil/pixels
 await 60 is_open /dev/bus/usb/
+await 60 turns
 scip_expect 1 turret
 open_devices
 is_open "$video" && is_open "/dev/$chip" || wrong 'a device is not open'
@@ -51,6 +54,7 @@ is_open "$video" && is_open "/dev/$chip" || wrong 'a device is not open'
 streams 'tty: /dev/ttyACM0'
 systemctl restart dexeld.service
 await 60 is_open /dev/ttyACM0
+await 60 turns
 scip_expect 1 turret
 open_devices
 status
