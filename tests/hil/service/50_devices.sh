@@ -11,7 +11,8 @@ video_set "$video" 'Test Pattern' 4 'OSD Text Mode' 2
 video_grab "$video" Y16 320x180 2 /run/hil/pixels
 load_gpio_sim
 load_scip_gadget
-run=$(mktemp -d)
+run=/run/hil/devices
+mkdir -p $run
 gpio_turn "$lines" 12 400 "$run/track" &
 turning=$!
 await 60 test -s "$run/track"
