@@ -1,6 +1,6 @@
 # Within the sandbox, every kind of device is opened and streams: a camera (vivid), a scanner by libusb (which takes it from the kernel's
 # driver) and then by its serial port (the kernel's CDC-ACM on dummy_hcd), the encoder of its stage on GPIO lines (gpio-sim). What
-# subscribers get is right, value by value and wall by wall.
+# subscribers get is right, value by value and, of the scanner by libusb, wall by wall.
 # limit: 300
 set -eu
 . tests/hil/devices.sh
@@ -13,7 +13,7 @@ load_gpio_sim
 load_scip_gadget
 run=/run/hil/devices
 mkdir -p $run
-gpio_turn "$lines" 12 400 "$run/track" &
+gpio_turn "$lines" 4 400 "$run/track" &
 turning=$!
 await 60 test -s "$run/track"
 scip_scanner --track "$run/track"
@@ -56,6 +56,8 @@ streams 'tty: /dev/ttyACM0'
 systemctl restart dexeld.service
 await 60 is_open /dev/ttyACM0
 await 60 turns
-scip_expect 1 turret
+was_parts=$(counted parts)
+has_more() { [ "$(counted parts)" -gt $((was_parts + 20)) ]; }
+await 60 has_more
 open_devices
 status
