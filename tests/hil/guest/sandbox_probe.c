@@ -67,14 +67,30 @@ static void try_devices(const char *folder)
 
 static void try_folders(void)
 {
-    static const char *const folders[] = {"/",           "/boot",    "/dev",
-                                          "/dev/mqueue", "/dev/shm", "/etc",
-                                          "/etc/dexeld", "/home",    "/opt",
-                                          "/root",       "/run",     "/run/dexeld",
-                                          "/run/lock",   "/srv",     "/sys/fs/cgroup",
-                                          "/tmp",        "/usr",     "/var",
-                                          "/var/cache",  "/var/lib", "/var/lib/dexeld",
-                                          "/var/log",    "/var/tmp"};
+    static const char *const folders[] = {"/",
+                                          "/boot",
+                                          "/dev",
+                                          "/dev/mqueue",
+                                          "/dev/shm",
+                                          "/etc",
+                                          "/etc/dexeld",
+                                          "/home",
+                                          "/opt",
+                                          "/root",
+                                          "/run",
+                                          "/run/dexeld",
+                                          "/run/dexeld-metrics",
+                                          "/run/lock",
+                                          "/srv",
+                                          "/sys/fs/cgroup",
+                                          "/tmp",
+                                          "/usr",
+                                          "/var",
+                                          "/var/cache",
+                                          "/var/lib",
+                                          "/var/lib/dexeld",
+                                          "/var/log",
+                                          "/var/tmp"};
 
     for (size_t k = 0; k < sizeof(folders) / sizeof(*folders); k++) {
         char path[128];

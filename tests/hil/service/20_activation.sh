@@ -16,8 +16,9 @@ has TriggeredBy 'dexeld-control.socket dexeld.socket'
 [ "$(stat -c %i $run/mesh.sock)" = "$inode" ] || wrong 'the socket is another one'
 
 systemctl stop dexeld.service
+dexel status || true # it waits for five seconds, in which a busy host has not started a service
+await 60 is ActiveState active
 dexel status
-has ActiveState active
 
 systemctl stop dexeld.socket dexeld-control.socket
 has ActiveState inactive

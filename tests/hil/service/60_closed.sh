@@ -37,6 +37,7 @@ device /dev/tty
 device /dev/urandom
 device $video
 device /dev/zero
+write /run/dexeld-metrics
 write /tmp
 write /var/lib/dexeld
 write /var/tmp
