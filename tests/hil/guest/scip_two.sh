@@ -13,11 +13,11 @@ sed -i 's/rpm: 6/rpm: 30/' "$run/dexeld.yaml"
 sed -n '/- name/,$p' "$run/dexeld.yaml" | sed 's/name: turret/name: other/;s/H0614967/H0000002/' >"$run/other"
 cat "$run/other" >>"$run/dexeld.yaml"
 
-# both_are STATE
-both_are() { [ "$(status | grep -o '"device":{[^}]*"state":"'"$1"'"' | wc -l)" = 2 ]; }
+# n_are N STATE: so many of the two devices
+n_are() { [ "$(status | grep -o '"device":{[^}]*"state":"'"$2"'"' | wc -l)" = "$1" ]; }
 # each_its_own: the serials in the order of the streams
 each_its_own() {
-  await 90 both_are streaming
+  await 90 n_are 2 streaming
   serials=$(status | grep -o '"serial":"[^"]*"' | tr -d '\n')
   [ "$serials" = '"serial":"H0614967""serial":"H0000002"' ] || wrong "$serials"
 }
@@ -28,9 +28,9 @@ start_dexeld -c "$run/dexeld.yaml"
 each_its_own
 unplug_scip
 scanner unplug
-await 30 both_are gone
+await 30 n_are 2 gone
 plug_scip
-await 10 test -c /dev/ttyACM0
+await 90 n_are 1 streaming
 scanner plug
 each_its_own
 status

@@ -12,7 +12,8 @@ has Result success
 has ActiveState active dexeld.socket
 meshed
 has ActiveState active
-has TriggeredBy 'dexeld-control.socket dexeld.socket'
+triggers=$(systemctl show -P TriggeredBy dexeld.service | tr ' ' '\n' | sort | tr '\n' ' ')
+[ "$triggers" = 'dexeld-control.socket dexeld.socket ' ] || wrong "triggered by $triggers"
 [ "$(stat -c %i $run/mesh.sock)" = "$inode" ] || wrong 'the socket is another one'
 
 systemctl stop dexeld.service
