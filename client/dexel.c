@@ -215,7 +215,8 @@ int dexel_next(struct dexel *d)
         return d->failed;
     if (d->asked.mode != DX_MODE_PULL)
         return dx_err_set(&d->err, -EINVAL, "dexel_next: the subscription is not in pull mode");
-    r = dx_connection_send(&d->connection, DX_MSG_NEXT, NULL, 0);
+    r = d->connection.fd < 0 ? 0 : dx_connection_send(&d->connection, DX_MSG_NEXT, NULL, 0);
+    d->n_asked += r == 0; /* a new connection is asked for what the last one left */
     return r < 0 ? dx_err_set(&d->err, r, "NEXT: %s", strerror(-r)) : 0;
 }
 

@@ -147,7 +147,8 @@ DEXEL_API int dexel_dispatch(struct dexel *d);
  * on. */
 DEXEL_API int dexel_run(struct dexel *d, int timeout_ms);
 
-/* Pull mode: ask for the next batch; the snapshot is the first. May be called in a callback. */
+/* Pull mode: ask for the next batch; the snapshot is the first. What was asked for and has not come
+ * is asked of the next connection (`reconnect`). May be called in a callback. */
 DEXEL_API int dexel_next(struct dexel *d);
 
 /* What went wrong last, for people; never NULL, also for a NULL connection. */

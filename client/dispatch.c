@@ -146,6 +146,7 @@ static int on_commit(struct dexel *d, const struct message *m)
         .cap_last = (c.flags & DX_COMMIT_CAP_LAST) != 0,
     };
     d->n_tiles = 0;
+    d->n_asked -= d->n_asked > 0;
     if (d->phase == DX_PHASE_TILES)
         d->phase = DX_PHASE_COMMITTED;
     return d->callbacks.commit ? d->callbacks.commit(d->user, &commit) : 0;

@@ -67,6 +67,8 @@ static int connect_again(struct dexel *d)
     if (epoll_ctl(d->again.poll_fd, EPOLL_CTL_ADD, d->connection.fd, &e) < 0)
         return dx_err_set(&d->err, -errno, "waiting for a service: %s", strerror(errno));
     r = dx_session_hello(d);
+    for (uint32_t k = 0; r == 0 && k < d->n_asked; k++)
+        r = dx_connection_send(&d->connection, DX_MSG_NEXT, NULL, 0);
     return r < 0 ? dx_err_set(&d->err, r, "%s: %s", d->again.path, strerror(-r)) : 0;
 }
 

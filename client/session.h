@@ -37,6 +37,8 @@ struct dexel {
     struct dx_geometry *geometry; /* q16 and delta only */
     uint32_t geometry_len;        /* bytes of its table that came */
 
+    uint32_t n_asked; /* pull mode: NEXTs whose batch has not come, over all connections */
+
     uint32_t n_tiles; /* of the open batch, so far */
     uint64_t epoch;   /* of the open batch, when n_tiles is not 0 */
 

@@ -77,6 +77,27 @@ static void await_gone(struct follower *f, unsigned n)
         die("told %u times that the service is gone, expected %u", f->n_gone, n);
 }
 
+/* In pull mode: what is asked for while there is no service is asked of the one that comes, and
+ * each batch is one commit. */
+static void pull(const char *dexeld, const char *config, const char *socket)
+{
+    static struct follower f = {.name = "puller", .reconnect = true, .mode = DEXEL_PULL};
+    pid_t service;
+
+    follower_open(&f, socket, NULL, DEXEL_Q16);
+    await_gone(&f, 1);
+    for (int k = 0; k < 2; k++)
+        if (dexel_next(f.d) < 0)
+            die("asked for a batch of no service: %s", dexel_error(f.d));
+    service = start_service(dexeld, config);
+    await_commits(&f, 2, service);
+    end_service(service, SIGTERM);
+    await_gone(&f, 2);
+    if (f.n_commits != 2)
+        die("%u batches, asked for 2", f.n_commits);
+    follower_close(&f);
+}
+
 /* A new subscriber and it hold the same at an epoch that both had. */
 static void compare(struct follower *f, const char *socket)
 {
@@ -109,6 +130,7 @@ int main(int argc, char **argv)
 
     if (argc != 4)
         die("usage: outlive DEXELD CONFIG SOCKET");
+    pull(argv[1], argv[2], argv[3]);
     follower_open(&f, argv[3], NULL, DEXEL_Q16);
     await_gone(&f, 1); /* there is none yet */
     for (unsigned k = 0; k < N_ROUNDS; k++) {
