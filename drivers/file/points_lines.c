@@ -8,7 +8,6 @@
 #include "drivers/file/text_cursor.h"
 
 #include <errno.h>
-#include <string.h>
 
 static bool is_letter(char c)
 {
@@ -24,18 +23,6 @@ static void skip_separators(struct dx_text_cursor *c)
 {
     while (c->p < c->end && is_separator(*c->p))
         c->p++;
-}
-
-/* At the word, which blanks or the line end. */
-static bool takes_word(struct dx_text_cursor *c, const char *word)
-{
-    const size_t len = strlen(word);
-
-    if ((size_t)(c->end - c->p) < len || memcmp(c->p, word, len) != 0 ||
-        !dx_text_ends_word(c, c->p + len))
-        return false;
-    c->p += len;
-    return true;
 }
 
 /* The next number of the line; 1: the line has no more. */
@@ -82,11 +69,11 @@ static int read_keyword(struct dx_point_list *list, struct dx_text_cursor *c, bo
 {
     double number;
 
-    if (takes_word(c, "p") || takes_word(c, "v")) {
+    if (dx_text_takes(c, "p") || dx_text_takes(c, "v")) {
         *is_range_file = true;
         return add_point(list, c);
     }
-    if (takes_word(c, "Vertex")) {
+    if (dx_text_takes(c, "Vertex")) {
         *is_range_file = true;
         return take_number(c, &number) ? dx_text_error(c, c->p, "a number and x y z")
                                        : add_point(list, c);
@@ -165,7 +152,7 @@ static int obj_parse(struct dx_point_list *list, const uint8_t *bytes, size_t le
 
     while (c.p < c.end) {
         skip_separators(&c);
-        if (takes_word(&c, "v")) {
+        if (dx_text_takes(&c, "v")) {
             const int rc = add_point(list, &c);
 
             if (rc < 0)

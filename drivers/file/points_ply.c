@@ -61,13 +61,7 @@ struct ply {
 
 static bool takes(struct dx_text_cursor *c, const char *word)
 {
-    const size_t len = strlen(word);
-
-    if (!dx_text_next_word(c) || (size_t)(c->end - c->p) < len || memcmp(c->p, word, len) != 0 ||
-        !dx_text_ends_word(c, c->p + len))
-        return false;
-    c->p += len;
-    return true;
+    return dx_text_next_word(c) && dx_text_takes(c, word);
 }
 
 static int take_scalar(struct dx_text_cursor *c, enum scalar *out)

@@ -40,18 +40,6 @@ static int parse_binary(struct dx_point_list *list, const uint8_t *bytes, struct
     return 0;
 }
 
-/* Past the word, when the line goes on with it. */
-static bool takes(struct dx_text_cursor *c, const char *word)
-{
-    const size_t len = strlen(word);
-
-    if ((size_t)(c->end - c->p) < len || memcmp(c->p, word, len) != 0 ||
-        !dx_text_ends_word(c, c->p + len))
-        return false;
-    c->p += len;
-    return true;
-}
-
 static int take_vertex(struct dx_point_list *list, struct dx_text_cursor *c)
 {
     double p[3];
@@ -74,12 +62,12 @@ static int parse_text(struct dx_point_list *list, const uint8_t *bytes, size_t l
 
         if (!dx_text_next_word(&c))
             ;
-        else if (is_open && takes(&c, "vertex"))
+        else if (is_open && dx_text_takes(&c, "vertex"))
             rc = take_vertex(list, &c);
-        else if (takes(&c, is_open ? "endsolid" : "solid"))
+        else if (dx_text_takes(&c, is_open ? "endsolid" : "solid"))
             is_open = !is_open;
-        else if (!is_open || !(takes(&c, "facet") || takes(&c, "outer") || takes(&c, "endloop") ||
-                               takes(&c, "endfacet")))
+        else if (!is_open || !(dx_text_takes(&c, "facet") || dx_text_takes(&c, "outer") ||
+                               dx_text_takes(&c, "endloop") || dx_text_takes(&c, "endfacet")))
             rc = dx_text_error(&c, c.p, is_open ? "facet, vertex or endsolid" : "solid");
         if (rc < 0)
             return rc;

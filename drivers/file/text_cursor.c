@@ -39,6 +39,17 @@ const char *dx_text_next_word(struct dx_text_cursor *c)
     return c->p < c->end && *c->p != '\n' ? c->p : NULL;
 }
 
+bool dx_text_takes(struct dx_text_cursor *c, const char *word)
+{
+    const size_t len = strlen(word);
+
+    if ((size_t)(c->end - c->p) < len || memcmp(c->p, word, len) != 0 ||
+        !dx_text_ends_word(c, c->p + len))
+        return false;
+    c->p += len;
+    return true;
+}
+
 int dx_text_end_line(struct dx_text_cursor *c)
 {
     if (dx_text_next_word(c))

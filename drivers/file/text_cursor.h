@@ -37,6 +37,9 @@ static inline bool dx_text_ends_word(const struct dx_text_cursor *c, const char 
 /* To the next word of the line; its start, or NULL at the line's end. */
 const char *dx_text_next_word(struct dx_text_cursor *c);
 
+/* Past this word, when it stands at p. */
+bool dx_text_takes(struct dx_text_cursor *c, const char *word);
+
 /* Past the end of line; an error when more than blanks is before it. */
 int dx_text_end_line(struct dx_text_cursor *c);
 

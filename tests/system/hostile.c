@@ -9,11 +9,11 @@
 #include <semaphore.h>
 #include <stdatomic.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "core/wire/wire.h"
 #include "tests/system/follower.h"
+#include "tests/system/raw_socket.h"
 
 #define N_RANDOM     200
 #define N_CONNECTS   1000
@@ -50,17 +50,6 @@ static void await_epoch(void)
 }
 
 /* ---- connections ---------------------------------------------------------------------------- */
-
-static int connect_to(const char *path)
-{
-    struct sockaddr_un addr = {.sun_family = AF_UNIX};
-    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-
-    snprintf(addr.sun_path, sizeof(addr.sun_path), "%s", path);
-    if (fd < 0 || connect(fd, (const struct sockaddr *)&addr, sizeof(addr)) < 0)
-        die("%s: %s", path, strerror(errno));
-    return fd;
-}
 
 /* It may be hung up on in the middle: that is not for the client to mind. */
 static void say(int fd, const uint8_t *bytes, size_t len)

@@ -12,11 +12,11 @@
  */
 #include <errno.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "core/wire/wire.h"
 #include "tests/system/held_meshes.h"
+#include "tests/system/raw_socket.h"
 
 #define MAX_LEN  (1u << 20)
 #define MAX_SAID 4096
@@ -123,17 +123,6 @@ static void say(char **word)
 }
 
 /* ---- what a service answers ----------------------------------------------------------------- */
-
-static int connect_to(const char *path)
-{
-    struct sockaddr_un addr = {.sun_family = AF_UNIX};
-    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-
-    snprintf(addr.sun_path, sizeof(addr.sun_path), "%s", path);
-    if (fd < 0 || connect(fd, (const struct sockaddr *)&addr, sizeof(addr)) < 0)
-        die("%s: %s", path, strerror(errno));
-    return fd;
-}
 
 static bool has_ended(const struct bytes *b)
 {
