@@ -122,7 +122,7 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
 /* Encodes the first n jobs and adds them to the open epoch. False: short of chunks. */
 static bool flush_jobs(struct dx_encoder *e, struct dx_feed *feed, uint32_t n_jobs)
 {
-    dx_pool_run(e->pool, n_jobs, encode_tile, e);
+    dx_pool_run_tiles(e->pool, n_jobs, encode_tile, e);
     for (uint32_t k = 0; k < n_jobs; k++)
         for (unsigned n = 0; n < DX_N_FORMS; n++)
             if (e->job[k].len[n] &&

@@ -1,6 +1,8 @@
 /* Frames, encoding and memory for the benchmarks of a frame: see bench_frame.h. */
 #include "tools/bench_frame.h"
 
+#include "core/grid/marks.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -77,13 +79,14 @@ struct scratch {
 struct dx_bench_encoder {
     unsigned n_threads;
     struct scratch *scratch;
+    uint32_t *tile; /* of each job */
     /* of the call under way */
     const struct dx_terrain *terrain;
     enum dx_encoding encoding;
-    bool all;
 };
 
-int dx_bench_encoder_new(struct dx_bench_encoder **out, unsigned n_threads)
+int dx_bench_encoder_new(struct dx_bench_encoder **out, const struct dx_tiling *tiling,
+                         unsigned n_threads)
 {
     struct dx_bench_encoder *e = calloc(1, sizeof(*e));
 
@@ -91,12 +94,13 @@ int dx_bench_encoder_new(struct dx_bench_encoder **out, unsigned n_threads)
         return -ENOMEM;
     e->n_threads = n_threads;
     e->scratch = calloc(n_threads, sizeof(*e->scratch));
+    e->tile = calloc(dx_tiling_n_tiles(tiling), sizeof(*e->tile));
     for (unsigned k = 0; e->scratch && k < n_threads; k++) {
         e->scratch[k].body = malloc(dx_chunk_max_len(DX_ENCODING_F32));
         if (!e->scratch[k].body)
             goto err_encoder;
     }
-    if (!e->scratch)
+    if (!e->scratch || !e->tile)
         goto err_encoder;
     *out = e;
     return 0;
@@ -113,6 +117,7 @@ void dx_bench_encoder_free(struct dx_bench_encoder *e)
     for (unsigned k = 0; e->scratch && k < e->n_threads; k++)
         free(e->scratch[k].body);
     free(e->scratch);
+    free(e->tile);
     free(e);
 }
 
@@ -121,9 +126,7 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
     struct dx_bench_encoder *e = ctx;
     struct scratch *s = &e->scratch[thread];
 
-    if (!e->all && !(dx_terrain_changed(e->terrain)[task / 64] >> (task % 64) & 1))
-        return;
-    if (!dx_terrain_tile(e->terrain, task, &s->tile)) {
+    if (!dx_terrain_tile(e->terrain, e->tile[task], &s->tile)) {
         s->done.n_bytes += dx_chunk_put_empty(s->body, e->encoding, s->tile.row, s->tile.col);
     } else if (e->encoding == DX_ENCODING_Q16) {
         s->done.n_bytes += dx_chunk_put_q16(s->body, &s->tile);
@@ -140,14 +143,18 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
 struct dx_bench_encoded dx_bench_encode(struct dx_bench_encoder *e, const struct dx_terrain *t,
                                         enum dx_encoding encoding, bool all, struct dx_pool *pool)
 {
+    const uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(t));
     struct dx_bench_encoded sum = {0};
+    uint32_t n_jobs = 0;
 
     e->terrain = t;
     e->encoding = encoding;
-    e->all = all;
+    for (uint32_t k = 0; k < n_tiles; k++)
+        if (all || dx_marks_has(dx_terrain_changed(t), k))
+            e->tile[n_jobs++] = k;
     for (unsigned k = 0; k < e->n_threads; k++)
         e->scratch[k].done = sum;
-    dx_pool_run(pool, dx_tiling_n_tiles(dx_terrain_tiling(t)), encode_tile, e);
+    dx_pool_run_tiles(pool, n_jobs, encode_tile, e);
     for (unsigned k = 0; k < e->n_threads; k++) {
         sum.n_bytes += e->scratch[k].done.n_bytes;
         sum.n_triangles += e->scratch[k].done.n_triangles;

@@ -23,8 +23,9 @@ void dx_bench_frames_fini(struct dx_bench_frames *f);
 
 struct dx_bench_encoder;
 
-/* For pools of up to `n_threads`. Errors: -ENOMEM. */
-int dx_bench_encoder_new(struct dx_bench_encoder **out, unsigned n_threads);
+/* For pools of up to `n_threads`, and arrays of such tiles. Errors: -ENOMEM. */
+int dx_bench_encoder_new(struct dx_bench_encoder **out, const struct dx_tiling *tiling,
+                         unsigned n_threads);
 void dx_bench_encoder_free(struct dx_bench_encoder *e);
 
 struct dx_bench_encoded {

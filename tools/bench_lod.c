@@ -84,7 +84,7 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
         most = a->threads[k] > most ? a->threads[k] : most;
     }
     if (r == 0)
-        r = dx_bench_encoder_new(&b->encoder, most);
+        r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), most);
     if (r < 0)
         return r;
     dx_terrain_publish(b->terrain, &b->frames.plane[1], 0, b->frames.plane[1].width);

@@ -145,7 +145,7 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
         most = a->threads[k] > most ? a->threads[k] : most;
     }
     if (r == 0)
-        r = dx_bench_encoder_new(&b->encoder, most);
+        r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), most);
     if (r == 0 && wants(b, SMOOTH)) {
         params.sigma[0] = a->scene.sigma[0];
         r = dx_bench_smooth_init(&b->smooth, b->frames.geometry, &params);

@@ -81,17 +81,25 @@ static void patch_tile(struct bench *b, uint32_t tile)
         }
 }
 
-/* Spread over the whole grid. */
+static uint32_t common_divisor(uint32_t x, uint32_t y)
+{
+    return y ? common_divisor(y, x % y) : x;
+}
+
+/* Spread over the whole grid, by steps of about the golden section of it. */
 static void patch(struct bench *b)
 {
     uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(b->terrain));
     uint32_t n = (uint32_t)(b->args->dirty * n_tiles + 0.5);
+    uint32_t step = (uint32_t)(0.618 * n_tiles) + 1;
     size_t bytes = dx_plane_n_dexels(&b->patched) * b->patched.range_bytes;
 
     memcpy(b->patched.range, b->frames.plane[1].range, bytes);
     n = n < 1 ? 1 : n;
+    while (common_divisor(step, n_tiles) != 1)
+        step++;
     for (uint32_t k = 0; k < n; k++)
-        patch_tile(b, (uint32_t)(((uint64_t)k * n_tiles + n_tiles / 2) / n));
+        patch_tile(b, (uint32_t)(((uint64_t)k * step + n_tiles / 2) % n_tiles));
 }
 
 /* ---- putting it together ----------------------------------------------------------------------
@@ -125,7 +133,7 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
         most = a->threads[k] > most ? a->threads[k] : most;
     }
     if (r == 0)
-        r = dx_bench_encoder_new(&b->encoder, most);
+        r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), most);
     if (r == 0)
         patch(b);
     return r;

@@ -12,6 +12,9 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+/* What one thread does in the 50 us and more that another takes to wake. */
+#define FEW_TILES 8
+
 struct worker {
     struct dx_pool *pool;
     pthread_t thread;
@@ -149,4 +152,10 @@ void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks, void (*fn)(void *, uint
         pthread_cond_wait(&pool->done, &pool->lock);
     pthread_mutex_unlock(&pool->lock);
     pthread_mutex_unlock(&pool->turn);
+}
+
+void dx_pool_run_tiles(struct dx_pool *pool, uint32_t n_tiles,
+                       void (*fn)(void *, uint32_t, unsigned), void *ctx)
+{
+    dx_pool_run(n_tiles > FEW_TILES ? pool : NULL, n_tiles, fn, ctx);
 }

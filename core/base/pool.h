@@ -24,4 +24,9 @@ unsigned dx_pool_threads(const struct dx_pool *pool);
 void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks,
                  void (*fn)(void *ctx, uint32_t task, unsigned thread), void *ctx);
 
+/* The same where a task is a tile, and takes microseconds: a few of them are done on the caller,
+ * sooner than another thread wakes. */
+void dx_pool_run_tiles(struct dx_pool *pool, uint32_t n_tiles,
+                       void (*fn)(void *ctx, uint32_t task, unsigned thread), void *ctx);
+
 #endif

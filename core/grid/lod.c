@@ -163,7 +163,7 @@ static void compute_own(struct dx_lod *lod, struct dx_pool *pool)
         if (lod->part[tile])
             lod->task[n++] = tile;
     }
-    dx_pool_run(pool, n, own_task, lod);
+    dx_pool_run_tiles(pool, n, own_task, lod);
 }
 
 /* ---- up the lattice -------------------------------------------------------------------------- */

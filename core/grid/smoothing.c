@@ -73,6 +73,6 @@ uint32_t dx_smoothing_run(struct dx_smoothing *s, struct dx_plane *out, struct d
             s->task[n++] = k;
     memset(s->stale, 0, dx_marks_n_words(s->tiling) * sizeof(*s->stale));
     s->out = out;
-    dx_pool_run(pool, n, smooth_part, s);
+    dx_pool_run_tiles(pool, n, smooth_part, s);
     return n;
 }

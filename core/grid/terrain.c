@@ -255,9 +255,9 @@ uint32_t dx_terrain_commit(struct dx_terrain *t, struct dx_pool *pool)
         if (dx_marks_has(t->marked, k))
             t->task[n++] = k;
     memset(t->marked, 0, dx_marks_n_words(&t->tiling) * sizeof(*t->marked));
-    dx_pool_run(pool, n, decide_tile, t);
+    dx_pool_run_tiles(pool, n, decide_tile, t);
     if (says_more(t))
-        dx_pool_run(pool, n, compare_tile, t);
+        dx_pool_run_tiles(pool, n, compare_tile, t);
     for (uint32_t k = 0; k < n; k++)
         if (t->task[k] != UINT32_MAX) {
             t->changed[t->task[k] / 64] |= 1ull << (t->task[k] % 64);
