@@ -22,15 +22,16 @@ static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
     "       dexel bench rules|update|lod|live|record|paper|quality ...   (each has its --help)\n"
     "Measures terrain mode on a simulated scan: publish, smooth, codes, f32, q16, delta,\n"
-    "copy. smooth: what it would add. rules: the codes with each rule; update: a frame where\n"
+    "copy, arithmetic. smooth: what it would add. rules: the codes with each rule; update: a frame "
+    "where\n"
     "little has changed; lod: levels of detail; live: a running service at its subscribers;\n"
     "paper: the table of Gopi and Krishnan (2002); quality: meshes against the "
     "truth.\n\n" DX_BENCH_ARGS_HELP;
 
-enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, N_STAGES };
+enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, ARITHMETIC, N_STAGES };
 
-const char *const dx_bench_stage_names[] = {"publish", "smooth", "codes", "f32",
-                                            "q16",     "delta",  "copy",  NULL};
+const char *const dx_bench_stage_names[] = {"publish", "smooth", "codes",      "f32", "q16",
+                                            "delta",   "copy",   "arithmetic", NULL};
 
 static const struct dx_bench_command command = {"dexel bench", help, dx_bench_stage_names, false};
 
@@ -80,6 +81,9 @@ static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
         break;
     case COPY:
         dx_bench_memory_copy(&b->memory, pool);
+        break;
+    case ARITHMETIC:
+        dx_bench_arithmetic(pool);
         break;
     default:
         b->encoded[stage] = dx_bench_encode(b->encoder, b->terrain, encoding[stage], true, pool);
@@ -186,6 +190,8 @@ static const struct dx_report_column frame_columns[] = {
     {"f32 of copy, %", "f32_copy_percent", 1},
     {"q16 of copy, %", "q16_copy_percent", 1},
     {"delta of copy, %", "delta_copy_percent", 1},
+    {"f32, times", "f32_times", 2},
+    {"arithmetic, times", "arithmetic_times", 2},
     {NULL, NULL, 0},
 };
 
@@ -240,6 +246,25 @@ static double frame_bytes(const struct bench *b, enum stage encoding)
     return n * (4 * b->frames.geometry->range_bytes + 2) + (double)b->encoded[encoding].n_bytes;
 }
 
+/* By how much a lane's threads are faster than one, where that was measured too. */
+static void tell_times(json_t *row, const struct bench *b, const struct lane *lane)
+{
+    const struct lane *one = NULL;
+
+    for (uint32_t k = 0; k < b->args->n_threads; k++)
+        if (b->args->threads[k] == 1)
+            one = &b->lane[k];
+    if (!one)
+        return;
+    if (wants(b, F32))
+        set_real(row, "f32", "times",
+                 frame_seconds(one, F32, b->n_rounds) / frame_seconds(lane, F32, b->n_rounds));
+    if (wants(b, ARITHMETIC))
+        set_real(row, "arithmetic", "times",
+                 dx_bench_median(one->seconds[ARITHMETIC], b->n_rounds) /
+                     dx_bench_median(lane->seconds[ARITHMETIC], b->n_rounds));
+}
+
 static void tell_frames(struct dx_report_table *t, const struct bench *b, struct dx_bench_size size)
 {
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
@@ -260,6 +285,7 @@ static void tell_frames(struct dx_report_table *t, const struct bench *b, struct
                 set_real(row, dx_bench_stage_names[s], "copy_percent",
                          100 * frame_bytes(b, s) / seconds / copy);
         }
+        tell_times(row, b, lane);
     }
 }
 
@@ -310,7 +336,11 @@ int dx_bench_stages(int argc, char **argv)
         .text = "From ranges in memory to the chunks of all tiles: the stages together. *copy* is "
                 "what\n`memcpy` reads and writes in the same rounds, by as many threads; *of copy* "
                 "is the time that\nthe bytes of the frame would take at that speed (its ranges and "
-                "codes through the three\nstages, and the chunks), as a share of the time it took.",
+                "codes through the three\nstages, and the chunks), as a share of the time it took. "
+                "*times*: by how "
+                "much it is faster than\nwith one thread, and by how much arithmetic in registers "
+                "alone is in the same rounds: what the\nprocessors are worth that the threads "
+                "got.",
         .columns = frame_columns};
     struct dx_bench_args a;
     struct dx_report report;
