@@ -352,7 +352,7 @@ static void publish_columns(struct dx_mesher *m, const struct dx_plane *plane,
         while (end < plane->width && (columns[end / 64] >> (end % 64) & 1))
             end++;
         if (end > j)
-            dx_terrain_publish(m->terrain, plane, j, end - j);
+            dx_terrain_publish(m->terrain, plane, j, end - j, m->pool);
         j = end + 1;
     }
 }
@@ -368,7 +368,7 @@ static void take_columns(struct dx_mesher *m, const struct dx_mail_item *mail)
     if (m->have_noise)
         publish_columns(m, mail->plane, mail->columns);
     else
-        dx_terrain_publish(m->terrain, mail->plane, 0, mail->plane->width);
+        dx_terrain_publish(m->terrain, mail->plane, 0, mail->plane->width, m->pool);
     keep_noise(m);
     m->uncommitted = true;
     m->commit = (struct dx_msg_commit){

@@ -87,7 +87,7 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
         r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), most);
     if (r < 0)
         return r;
-    dx_terrain_publish(b->terrain, &b->frames.plane[1], 0, b->frames.plane[1].width);
+    dx_terrain_publish(b->terrain, &b->frames.plane[1], 0, b->frames.plane[1].width, NULL);
     dx_terrain_commit(b->terrain, b->pool[0]);
     b->scratch = dx_lod_scratch_new();
     b->body = malloc(dx_chunk_max_len(DX_ENCODING_F32));
@@ -133,7 +133,7 @@ static void run_round(struct bench *b, uint32_t round)
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
         const struct dx_plane *frame = &b->frames.plane[b->n_frames++ & 1];
 
-        dx_terrain_publish(b->terrain, frame, 0, frame->width);
+        dx_terrain_publish(b->terrain, frame, 0, frame->width, NULL);
         for (enum step s = 0; s < N_STEPS; s++) {
             uint64_t start = dx_now_ns();
 

@@ -191,10 +191,10 @@ static void reconstruct(struct bench *b, struct array *a, enum rules rules, uint
     struct dx_terrain *t = a->terrain[rules];
     uint64_t start, n = 0;
 
-    dx_terrain_publish(t, &a->empty, 0, a->width);
+    dx_terrain_publish(t, &a->empty, 0, a->width, b->pool);
     dx_terrain_commit(t, b->pool);
     start = dx_now_ns();
-    dx_terrain_publish(t, &a->plane, 0, a->width);
+    dx_terrain_publish(t, &a->plane, 0, a->width, b->pool);
     dx_terrain_commit(t, b->pool);
     for (uint32_t k = 0; k < dx_tiling_n_tiles(dx_terrain_tiling(t)); k++) {
         if (!dx_terrain_tile(t, k, b->tile))

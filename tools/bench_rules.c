@@ -96,7 +96,7 @@ static void run_round(struct bench *b, uint32_t round)
         for (enum step s = 0; s < N_STEPS; s++) {
             uint64_t start;
 
-            dx_terrain_publish(b->terrain[s], frame, 0, frame->width);
+            dx_terrain_publish(b->terrain[s], frame, 0, frame->width, b->pool[k]);
             start = dx_now_ns();
             dx_terrain_commit(b->terrain[s], b->pool[k]);
             b->caps += dx_terrain_caps(b->terrain[s]);

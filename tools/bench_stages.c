@@ -71,7 +71,7 @@ static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
 
     switch (stage) {
     case PUBLISH:
-        dx_terrain_publish(b->terrain, frame, 0, frame->width);
+        dx_terrain_publish(b->terrain, frame, 0, frame->width, pool);
         break;
     case SMOOTH:
         dx_bench_smooth_run(&b->smooth, frame, pool);

@@ -154,7 +154,7 @@ static void take(struct bench *b, const struct dx_plane *frame, enum kind kind, 
     uint64_t start = dx_now_ns();
     uint32_t n_changed;
 
-    dx_terrain_publish(b->terrain, frame, 0, frame->width);
+    dx_terrain_publish(b->terrain, frame, 0, frame->width, b->pool[lane]);
     n_changed = dx_terrain_commit(b->terrain, b->pool[lane]);
     s->mesh[kind][round] = dx_seconds_since(start);
     for (unsigned e = 0; e < DX_N_ENCODINGS; e++) {
@@ -171,7 +171,7 @@ static void take(struct bench *b, const struct dx_plane *frame, enum kind kind, 
 static void run_round(struct bench *b, uint32_t round)
 {
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
-        dx_terrain_publish(b->terrain, &b->frames.plane[0], 0, b->patched.width);
+        dx_terrain_publish(b->terrain, &b->frames.plane[0], 0, b->patched.width, b->pool[k]);
         dx_terrain_commit(b->terrain, b->pool[k]);
         take(b, &b->frames.plane[1], FULL, k, round);
         take(b, &b->patched, UPDATE, k, round);

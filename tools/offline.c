@@ -55,7 +55,7 @@ static void on_deliver(void *ctx, const struct dx_frame_part *part)
 
     if (!part->last)
         return;
-    dx_terrain_publish(s->terrain, &s->plane, 0, s->plane.width);
+    dx_terrain_publish(s->terrain, &s->plane, 0, s->plane.width, NULL);
     s->params = *dx_terrain_params(s->terrain);
     s->filling = false;
     s->n_frames++;

@@ -255,7 +255,7 @@ static int add_mesh(struct dx_out_ros *o, const struct dx_plane *plane, uint64_t
     struct dx_mesh mesh = {0};
     int rc;
 
-    dx_terrain_publish(o->terrain, plane, 0, plane->width);
+    dx_terrain_publish(o->terrain, plane, 0, plane->width, o->pool);
     dx_terrain_commit(o->terrain, o->pool);
     o->params = *dx_terrain_params(o->terrain);
     rc = weld(&mesh, o->terrain);

@@ -277,7 +277,7 @@ int dx_quality_rig_mesh(struct dx_quality_rig *rig, const struct dx_terrain_para
     if (rc == 0)
         rc = dx_terrain_new(&rig->terrain, rig->geometry, params, 0);
     if (rc == 0) {
-        dx_terrain_publish(rig->terrain, &rig->frame, 0, rig->frame.width);
+        dx_terrain_publish(rig->terrain, &rig->frame, 0, rig->frame.width, NULL);
         dx_terrain_commit(rig->terrain, NULL);
         for (uint32_t k = 0; k < dx_tiling_n_tiles(&rig->tiling); k++) {
             dx_terrain_tile(rig->terrain, k, tile);

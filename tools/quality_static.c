@@ -44,7 +44,7 @@ int dx_quality_static(struct dx_quality_static *out, struct dx_quality_rig *rig,
         uint32_t n;
 
         dx_quality_rig_draw(rig, &next);
-        dx_terrain_publish(t, &rig->frame, 0, rig->frame.width);
+        dx_terrain_publish(t, &rig->frame, 0, rig->frame.width, NULL);
         n = dx_terrain_commit(t, NULL);
         n_changed += next.frame >= settling ? n : 0;
     }

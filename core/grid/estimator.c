@@ -13,6 +13,7 @@
 #include <string.h>
 
 #define GATE      4 /* sigmas between a hypothesis and a sample that confirms it */
+#define BLOCK     DX_ROWS_CELLS
 #define CONFIRMED 2 /* samples that make the other hypothesis the estimate */
 #define ASTRAY    3 /* samples after which the estimate is wrong, even if no two of them agree */
 
@@ -28,8 +29,10 @@ static int alloc_filter(struct dx_estimator *e, const struct dx_plane *plane)
     if (plane->attr_bytes && !e->newest.attr)
         return -ENOMEM;
     if (e->filter == DX_FILTER_MEAN) {
-        e->mean = calloc(n, sizeof(*e->mean));
-        return e->mean ? 0 : -ENOMEM;
+        e->mean.est = calloc(n, sizeof(*e->mean.est));
+        e->mean.alt = calloc(n, sizeof(*e->mean.alt));
+        e->mean.state = calloc(n, sizeof(*e->mean.state));
+        return e->mean.est && e->mean.alt && e->mean.state ? 0 : -ENOMEM;
     }
     for (int k = 0; k < 2; k++) {
         int r = dx_plane_init(&e->last[k], plane->height, plane->width, plane->range_bytes, 0);
@@ -53,12 +56,12 @@ static struct dx_reciprocal reciprocal_of(uint32_t n)
 }
 
 int dx_estimator_init(struct dx_estimator *e, const struct dx_ingest_params *params,
-                      const struct dx_plane *plane)
+                      const struct dx_plane *plane, const struct dx_rows *rows)
 {
     int r = 0;
 
     *e = (struct dx_estimator){
-        .filter = params->filter, .n_max = params->n_max, .n_gap = params->n_gap};
+        .filter = params->filter, .n_max = params->n_max, .n_gap = params->n_gap, .rows = rows};
     for (uint32_t n = 1; n < 256; n++)
         e->reciprocal[n] = reciprocal_of(n);
     e->n_taken = calloc(plane->width, sizeof(*e->n_taken));
@@ -85,7 +88,9 @@ double dx_estimator_noise(const struct dx_ingest_params *p)
 
 void dx_estimator_fini(struct dx_estimator *e)
 {
-    free(e->mean);
+    free(e->mean.est);
+    free(e->mean.alt);
+    free(e->mean.state);
     dx_plane_fini(&e->last[0]);
     dx_plane_fini(&e->last[1]);
     dx_plane_fini(&e->newest);
@@ -96,21 +101,58 @@ void dx_estimator_fini(struct dx_estimator *e)
 void dx_estimator_settle(struct dx_estimator *e, const struct dx_sigma *sigma)
 {
     e->sigma = *sigma;
-    e->surely_near = GATE * dx_sigma_at(sigma, 0);
+    e->row_mean = (struct dx_row_mean){.sigma = dx_sigma_rows(sigma),
+                                       .surely_near = GATE * dx_sigma_at(sigma, 0),
+                                       .gate = GATE,
+                                       .n_max = e->n_max};
     e->settled = true;
 }
 
 void dx_estimator_forget(struct dx_estimator *e)
 {
     const struct dx_plane *p = &e->newest;
+    const size_t n = dx_plane_n_dexels(p);
 
-    if (e->mean)
-        memset(e->mean, 0, dx_plane_n_dexels(p) * sizeof(*e->mean));
+    if (e->filter == DX_FILTER_MEAN) {
+        memset(e->mean.est, 0, n * sizeof(*e->mean.est));
+        memset(e->mean.alt, 0, n * sizeof(*e->mean.alt));
+        memset(e->mean.state, 0, n * sizeof(*e->mean.state));
+    }
     if (p->width)
         memset(e->n_taken, 0, p->width * sizeof(*e->n_taken));
 }
 
 /* ---- the mean ------------------------------------------------------------------------------- */
+
+/* One dexel. */
+struct hypotheses {
+    uint32_t est, alt;
+    uint8_t n, alt_n, n_missing, n_astray;
+};
+
+/* Most have no other hypothesis, and their alt is not looked at: it would come from afar. */
+static struct hypotheses get(const struct dx_means *m, size_t at)
+{
+    const uint32_t s = m->state[at];
+    struct hypotheses h = {.est = m->est[at],
+                           .n = (uint8_t)s,
+                           .alt_n = (uint8_t)(s >> 8),
+                           .n_missing = (uint8_t)(s >> 16),
+                           .n_astray = (uint8_t)(s >> 24)};
+
+    if (h.alt_n)
+        h.alt = m->alt[at];
+    return h;
+}
+
+static void put(struct dx_means *m, size_t at, const struct hypotheses *h)
+{
+    m->est[at] = h->est;
+    m->state[at] =
+        h->n | (uint32_t)h->alt_n << 8 | (uint32_t)h->n_missing << 16 | (uint32_t)h->n_astray << 24;
+    if (h->alt_n)
+        m->alt[at] = h->alt;
+}
 
 static uint32_t distance(uint32_t a, uint32_t b)
 {
@@ -121,7 +163,7 @@ static bool confirms(const struct dx_estimator *e, uint32_t sample, uint32_t hyp
 {
     uint32_t d = distance(sample, hypothesis);
 
-    return d <= e->surely_near ||
+    return d <= e->row_mean.surely_near ||
            d <= GATE * dx_sigma_at(&e->sigma, hypothesis >> DX_ESTIMATE_FRACTION);
 }
 
@@ -138,12 +180,12 @@ static uint32_t joined_by(const struct dx_estimator *e, uint32_t hypothesis, uin
     return hypothesis + ((step ^ sign) + down);
 }
 
-static void restart(struct dx_hypotheses *h, uint32_t est, uint32_t n)
+static void restart(struct hypotheses *h, uint32_t est, uint32_t n)
 {
-    *h = (struct dx_hypotheses){.est = est, .n = (uint8_t)n};
+    *h = (struct hypotheses){.est = est, .n = (uint8_t)n};
 }
 
-static void contradict(const struct dx_estimator *e, struct dx_hypotheses *h, uint32_t sample)
+static void contradict(const struct dx_estimator *e, struct hypotheses *h, uint32_t sample)
 {
     if (h->alt_n && confirms(e, sample, h->alt)) {
         h->alt_n++;
@@ -159,7 +201,7 @@ static void contradict(const struct dx_estimator *e, struct dx_hypotheses *h, ui
         restart(h, sample, 1);
 }
 
-static void take_return(const struct dx_estimator *e, struct dx_hypotheses *h, uint32_t range)
+static void take_return(const struct dx_estimator *e, struct hypotheses *h, uint32_t range)
 {
     uint32_t sample = range << DX_ESTIMATE_FRACTION;
 
@@ -176,51 +218,82 @@ static void take_return(const struct dx_estimator *e, struct dx_hypotheses *h, u
     }
 }
 
-static void take_missing(const struct dx_estimator *e, struct dx_hypotheses *h)
+static void take_missing(const struct dx_estimator *e, struct hypotheses *h)
 {
     if (h->est && h->n_missing++ >= e->n_gap)
-        *h = (struct dx_hypotheses){0};
+        *h = (struct hypotheses){0};
 }
 
-static void take_mean(const struct dx_estimator *e, const struct dx_plane *frame, size_t at,
-                      uint32_t n, uint64_t *estimate)
+/* Dexels that do more than confirm what is estimated of them. */
+static void take_left(const struct dx_estimator *e, struct dx_means *m, const uint32_t *range,
+                      uint64_t left)
 {
-    struct dx_hypotheses *h = e->mean + at;
+    for (; left; left &= left - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctzll(left);
+        struct hypotheses h = get(m, k);
 
-    for (uint32_t k = 0; k < n; k++, h++) {
-        uint32_t range = dx_plane_range(frame, at + k);
-
-        if (range)
-            take_return(e, h, range);
+        if (range[k])
+            take_return(e, &h, range[k]);
         else
-            take_missing(e, h);
-        estimate[k] = (uint64_t)h->est << (h->n ? 0 : DX_ESTIMATE_FRACTION);
+            take_missing(e, &h);
+        put(m, k, &h);
     }
+}
+
+static void take_block(const struct dx_estimator *e, struct dx_means m, const uint32_t *range,
+                       uint32_t *fine, uint32_t *rounded)
+{
+    const struct dx_row_filters *loops = &e->rows->filters;
+    uint64_t left = UINT64_MAX;
+
+    if (e->settled)
+        left = loops->join_mean(m.est, m.state, range, &e->row_mean);
+    take_left(e, &m, range, left);
+    loops->tell_mean(fine, rounded, m.est, m.state);
+}
+
+/* Less than a block: beside copies that are empty, as missing dexels leave them. */
+static void take_some(const struct dx_estimator *e, struct dx_means m, const uint32_t *range,
+                      uint32_t n, uint32_t *fine, uint32_t *rounded)
+{
+    uint32_t est[BLOCK] = {0}, alt[BLOCK] = {0}, state[BLOCK] = {0};
+    const size_t len = n * sizeof(*est);
+
+    memcpy(est, m.est, len);
+    memcpy(alt, m.alt, len);
+    memcpy(state, m.state, len);
+    take_block(e, (struct dx_means){est, alt, state}, range, fine, rounded);
+    memcpy(m.est, est, len);
+    memcpy(m.alt, alt, len);
+    memcpy(m.state, state, len);
+}
+
+static void take_mean(const struct dx_estimator *e, const uint32_t *range, size_t at, uint32_t n,
+                      uint32_t *fine, uint32_t *rounded)
+{
+    const struct dx_means m = {e->mean.est + at, e->mean.alt + at, e->mean.state + at};
+
+    if (n == BLOCK)
+        take_block(e, m, range, fine, rounded);
+    else
+        take_some(e, m, range, n, fine, rounded);
 }
 
 /* ---- the median ----------------------------------------------------------------------------- */
 
 /* A missing return is 0 and takes part as the nearest of the three: with one missing the nearer of
  * the two others is taken, with two missing there is no return. */
-static uint32_t median3(uint32_t a, uint32_t b, uint32_t c)
+static void take_median(struct dx_estimator *e, const struct dx_plane *frame, const uint32_t *range,
+                        size_t at, uint32_t n, uint32_t *median)
 {
-    uint32_t lo = a < b ? a : b, hi = a < b ? b : a, hi_c = hi < c ? hi : c;
+    const size_t bytes = frame->range_bytes, from = at * bytes, len = n * bytes;
+    uint32_t before[2][BLOCK];
 
-    return lo > hi_c ? lo : hi_c;
-}
-
-static void take_median(struct dx_estimator *e, const struct dx_plane *frame, size_t at, uint32_t n,
-                        uint64_t *estimate)
-{
-    for (uint32_t k = 0; k < n; k++) {
-        uint32_t range = dx_plane_range(frame, at + k);
-        uint32_t before = dx_plane_range(&e->last[0], at + k);
-        uint32_t m = median3(range, before, dx_plane_range(&e->last[1], at + k));
-
-        estimate[k] = (uint64_t)m << DX_ESTIMATE_FRACTION;
-        dx_plane_set_range(&e->last[1], at + k, before);
-        dx_plane_set_range(&e->last[0], at + k, range);
-    }
+    for (int k = 0; k < 2; k++)
+        dx_plane_get_ranges(&e->last[k], at, n, before[k], BLOCK);
+    e->rows->filters.median3(median, range, before[0], before[1]);
+    memcpy((uint8_t *)e->last[1].range + from, (const uint8_t *)e->last[0].range + from, len);
+    memcpy((uint8_t *)e->last[0].range + from, (const uint8_t *)frame->range + from, len);
 }
 
 /* A first frame counts as three: the stream does not begin with frames without a mesh. */
@@ -255,22 +328,41 @@ static void take_attributes(struct dx_estimator *e, const struct dx_plane *frame
             dx_plane_set_attr(&e->newest, at + k, dx_plane_attr(frame, at + k));
 }
 
-void dx_estimator_take(struct dx_estimator *e, const struct dx_plane *frame, uint32_t row,
-                       uint32_t col0, uint32_t n, uint64_t *estimate)
+/* Ranges that are estimates themselves. */
+static void tell_ranges(const uint32_t *range, uint32_t n, uint32_t *fine, uint32_t *rounded)
 {
-    size_t at = (size_t)row * frame->width + col0;
+    for (uint32_t k = 0; k < n; k++) {
+        rounded[k] = range[k];
+        fine[k] = range[k] < DX_ESTIMATE_TOO_FAR ? range[k] << DX_ESTIMATE_FRACTION : UINT32_MAX;
+    }
+}
 
+static void take_ranges(struct dx_estimator *e, const struct dx_plane *frame, size_t at, uint32_t n,
+                        uint32_t *fine, uint32_t *rounded)
+{
+    uint32_t range[BLOCK], median[BLOCK];
+
+    dx_plane_get_ranges(frame, at, n, range, BLOCK);
     switch (e->filter) {
     case DX_FILTER_MEAN:
-        take_mean(e, frame, at, n, estimate);
+        take_mean(e, range, at, n, fine, rounded);
         break;
     case DX_FILTER_MEDIAN3:
-        take_median(e, frame, at, n, estimate);
+        take_median(e, frame, range, at, n, median);
+        tell_ranges(median, BLOCK, fine, rounded);
         break;
     default:
-        for (uint32_t k = 0; k < n; k++)
-            estimate[k] = (uint64_t)dx_plane_range(frame, at + k) << DX_ESTIMATE_FRACTION;
+        tell_ranges(range, BLOCK, fine, rounded);
     }
+}
+
+void dx_estimator_take(struct dx_estimator *e, const struct dx_plane *frame, uint32_t row,
+                       uint32_t col0, uint32_t n, struct dx_estimates *out)
+{
+    const size_t at = (size_t)row * frame->width + col0;
+
+    for (uint32_t k = 0; k < n; k += BLOCK)
+        take_ranges(e, frame, at + k, n - k < BLOCK ? n - k : BLOCK, out->fine + k, out->range + k);
     if (e->newest.attr_bytes)
         take_attributes(e, frame, at, n);
 }

@@ -224,18 +224,6 @@ static void set_rules(struct dx_gates *gates, const struct dx_terrain_params *p)
         gates->margin = 0; /* a cell's own corners alone */
 }
 
-/* The integers cut each product to a whole number, and the square before it is multiplied. */
-static void set_row_sigma(struct dx_gates *gates)
-{
-    const double a1 = (double)gates->sigma.a1, a2 = (double)gates->sigma.a2;
-
-    gates->row_sigma = (struct dx_row_sigma){.a0 = (double)gates->sigma.a0,
-                                             .a1 = a1 * 0x1p-16,
-                                             .a2 = a2 * 0x1p-32,
-                                             .max = DX_SIGMA_MAX,
-                                             .off = 3.01 + a2 * 0x1p-16 * 1.001};
-}
-
 void dx_gates_set(struct dx_gates *gates, const struct dx_geometry *g,
                   const struct dx_terrain_params *p)
 {
@@ -247,7 +235,7 @@ void dx_gates_set(struct dx_gates *gates, const struct dx_geometry *g,
     set_rules(gates, p);
     gates->rows = dx_rows_get(p->simd);
     dx_sigma_init(&gates->sigma, p->sigma, u);
-    set_row_sigma(gates);
+    gates->row_sigma = dx_sigma_rows(&gates->sigma);
     gates->tilt_rad = dx_rad(p->tilt_deg);
     gates->noise_slope = k * p->sigma[1];
     gates->t0 = t0 < 4294967295.0 ? (uint32_t)t0 : UINT32_MAX;

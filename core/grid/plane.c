@@ -59,3 +59,28 @@ void dx_plane_fini(struct dx_plane *plane)
     free(plane->xyz);
     *plane = (struct dx_plane){0};
 }
+
+void dx_plane_get_ranges(const struct dx_plane *plane, size_t k, uint32_t n, uint32_t *restrict out,
+                         uint32_t n_out)
+{
+    const uint16_t *narrow = plane->range;
+
+    if (plane->range_bytes == 4)
+        memcpy(out, (const uint32_t *)plane->range + k, n * sizeof(*out));
+    else
+        for (uint32_t j = 0; j < n; j++)
+            out[j] = narrow[k + j];
+    memset(out + n, 0, (n_out - n) * sizeof(*out));
+}
+
+void dx_plane_put_ranges(struct dx_plane *plane, size_t k, uint32_t n,
+                         const uint32_t *restrict range)
+{
+    uint16_t *narrow = plane->range;
+
+    if (plane->range_bytes == 4)
+        memcpy((uint32_t *)plane->range + k, range, n * sizeof(*range));
+    else
+        for (uint32_t j = 0; j < n; j++)
+            narrow[k + j] = (uint16_t)range[j];
+}

@@ -48,6 +48,12 @@ static inline uint32_t dx_plane_range(const struct dx_plane *plane, size_t k)
                                    : ((const uint32_t *)plane->range)[k];
 }
 
+/* Ranges of n dexels from k on, and 0 for the rest of n_out. */
+void dx_plane_get_ranges(const struct dx_plane *plane, size_t k, uint32_t n, uint32_t *out,
+                         uint32_t n_out);
+/* Ranges of n dexels from k on, that fit. */
+void dx_plane_put_ranges(struct dx_plane *plane, size_t k, uint32_t n, const uint32_t *range);
+
 static inline void dx_plane_set_range(struct dx_plane *plane, size_t k, uint32_t v)
 {
     if (plane->range_bytes == 2)

@@ -52,20 +52,20 @@ static void settle_noise(struct dx_terrain *t, const struct dx_plane *frame)
     dx_marks_set_all(t->marked, &t->tiling);
 }
 
-/* ---- frames as they are --------------------------------------------------------------------- */
+/* ---- what differs --------------------------------------------------------------------------- */
 
-/* Widens `moved` by those of columns [col, end) that differ, of `size` bytes each; some do. */
+/* Widens `moved` by those of n elements from column `col` on that differ; some do. */
 static void widen(struct dx_rect *moved, const uint8_t *x, const uint8_t *y, size_t size,
-                  uint32_t col, uint32_t end)
+                  uint32_t col, uint32_t n)
 {
-    uint32_t last = end - 1;
+    uint32_t first = 0, last = n - 1;
 
-    while (col < moved->col0 && memcmp(x + col * size, y + col * size, size) == 0)
-        col++;
-    while (last > moved->col1 && memcmp(x + last * size, y + last * size, size) == 0)
+    while (col + first < moved->col0 && memcmp(x + first * size, y + first * size, size) == 0)
+        first++;
+    while (col + last > moved->col1 && memcmp(x + last * size, y + last * size, size) == 0)
         last--;
-    moved->col0 = col < moved->col0 ? col : moved->col0;
-    moved->col1 = last > moved->col1 ? last : moved->col1;
+    moved->col0 = col + first < moved->col0 ? col + first : moved->col0;
+    moved->col1 = col + last > moved->col1 ? col + last : moved->col1;
 }
 
 /* memcmp of a tile's columns, of which most are the same: a call each takes longer. */
@@ -82,103 +82,120 @@ static inline bool differ(const uint8_t *x, const uint8_t *y, size_t n)
     return memcmp(x, y, n) != 0;
 }
 
-/* Copies such columns; whether they differed. */
-static inline bool replace(struct dx_rect *moved, uint8_t *to, const uint8_t *from, size_t size,
-                           uint32_t col, uint32_t end)
+/* Copies n elements from column `col` on of a row; whether they differed. */
+static inline bool replace(struct dx_rect *moved, void *to, const void *from, size_t size,
+                           uint32_t col, uint32_t n)
 {
-    const size_t at = col * size, n = (end - col) * size;
-
-    if (!differ(to + at, from + at, n))
+    if (!differ(to, from, n * size))
         return false;
-    if (col < moved->col0 || end - 1 > moved->col1) /* else it is as wide */
-        widen(moved, to, from, size, col, end);
-    memcpy(to + at, from + at, n);
+    if (col < moved->col0 || col + n - 1 > moved->col1) /* else it is as wide */
+        widen(moved, to, from, size, col, n);
+    memcpy(to, from, n * size);
     return true;
 }
 
-/* Columns [col, end) of a row; whether any of them differed. */
-static bool publish_segment(const struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
-                            uint32_t col, uint32_t end, struct dx_rect *moved)
+static void grow(struct dx_rect *moved, uint32_t row)
 {
-    const size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes, pb = 3 * sizeof(float);
-    const size_t at = (size_t)row * frame->width;
-    bool differs = replace(moved, (uint8_t *)t->sampled->range + at * rb,
-                           (const uint8_t *)frame->range + at * rb, rb, col, end);
-
-    if (ab)
-        differs |= replace(moved, (uint8_t *)t->sampled->attr + at * ab,
-                           (const uint8_t *)frame->attr + at * ab, ab, col, end);
-    if (t->sampled->xyz)
-        differs |= replace(moved, (uint8_t *)(t->sampled->xyz + 3 * at),
-                           (const uint8_t *)(frame->xyz + 3 * at), pb, col, end);
-    return differs;
+    moved->row0 = moved->row0 < row ? moved->row0 : row;
+    moved->row1 = row;
 }
 
-static bool is_same(const struct dx_terrain *t, const struct dx_plane *frame, size_t at, size_t n)
+static bool replace_attrs(struct dx_rect *moved, struct dx_plane *to, const struct dx_plane *from,
+                          size_t at, uint32_t col, uint32_t n)
 {
-    size_t rb = frame->range_bytes, ab = t->sampled->attr_bytes;
+    const size_t bytes = to->attr_bytes;
 
-    return memcmp((const uint8_t *)t->sampled->range + at * rb,
-                  (const uint8_t *)frame->range + at * rb, n * rb) == 0 &&
-           (!ab || memcmp((const uint8_t *)t->sampled->attr + at * ab,
-                          (const uint8_t *)frame->attr + at * ab, n * ab) == 0) &&
-           (!t->sampled->xyz || memcmp(t->sampled->xyz + 3 * at, frame->xyz + 3 * at,
-                                       3 * n * sizeof(*frame->xyz)) == 0);
+    return bytes && replace(moved, (uint8_t *)to->attr + at * bytes,
+                            (const uint8_t *)from->attr + at * bytes, bytes, col, n);
 }
 
-/* Row `row` by tiles, whose rectangles of what has changed grow by it: no wider than that, so that
- * a tile's neighbours are computed anew only where the change comes near them. */
-static void publish_tiles(struct dx_terrain *t, const struct dx_plane *frame, uint32_t row,
-                          uint32_t col0, uint32_t n_cols)
-{
-    for (uint32_t j = col0, end; j < col0 + n_cols; j = end) {
-        struct dx_rect *moved = &t->moved[j / DX_TILE_CELLS];
+/* ---- what comes ----------------------------------------------------------------------------- */
 
-        end = (j / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
-        end = end < col0 + n_cols ? end : col0 + n_cols;
-        if (publish_segment(t, frame, row, j, end, moved)) {
-            moved->row0 = moved->row0 < row ? moved->row0 : row;
-            moved->row1 = row;
-        }
-    }
-}
-
-/* By rows, as they lie in memory; most are the same where little moves. Tiles are marked once for
- * their rows. */
-static void publish_frame(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
-                          uint32_t n_cols)
-{
-    const uint32_t first = col0 / DX_TILE_CELLS;
-    const uint32_t beyond = (col0 + n_cols + DX_TILE_CELLS - 1) / DX_TILE_CELLS;
-
-    for (uint32_t row = 0; row < frame->height;) {
-        const uint32_t end = (row / DX_TILE_CELLS + 1) * DX_TILE_CELLS;
-
-        for (uint32_t k = first; k < beyond; k++)
-            t->moved[k] = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
-        for (; row < frame->height && row < end; row++)
-            if (!is_same(t, frame, (size_t)row * frame->width + col0, n_cols))
-                publish_tiles(t, frame, row, col0, n_cols);
-        for (uint32_t k = first; k < beyond; k++)
-            if (t->moved[k].row0 != UINT32_MAX)
-                mark(t, &t->moved[k]);
-    }
-}
-
-/* ---- estimates, part by part ---------------------------------------------------------------- */
-
-/* The dexels of one tile that are at hand. */
-struct part {
-    uint32_t row0, n_rows, col0, n_cols;
-    const struct dx_plane *attr; /* where their attributes are */
-    uint32_t hold;               /* in force: 0 until the noise is known */
-    uint64_t surely_held;        /* 1/256 unit: within the hold at every range */
+/* Columns [col0, end) of a frame, which belong to columns first to last of the tiles. */
+struct incoming {
+    struct dx_terrain *t;
+    const struct dx_plane *frame;
+    uint32_t col0, end, first, last;
+    const struct dx_plane *source, *attr; /* what is published, and its attributes */
+    uint32_t hold;                        /* of estimates, in force: 0 until the noise is known */
+    struct dx_row_hold row_hold;
 };
 
-static uint32_t rounded(uint64_t estimate)
+/* What has come of a column of tiles. */
+struct columns {
+    uint32_t first, n;
+};
+
+static struct columns columns_of(const struct incoming *in, uint32_t tile_col)
 {
-    return (uint32_t)((estimate + (1u << (DX_ESTIMATE_FRACTION - 1))) >> DX_ESTIMATE_FRACTION);
+    const struct dx_tiling *g = &in->t->tiling;
+    uint32_t first = tile_col * DX_TILE_CELLS;
+    uint32_t end = tile_col + 1 < g->cols ? first + DX_TILE_CELLS : g->width;
+
+    first = first > in->col0 ? first : in->col0;
+    end = end < in->end ? end : in->end;
+    return (struct columns){first, end - first};
 }
+
+static struct dx_rect *begin_moved(struct dx_terrain *t, uint32_t tile)
+{
+    t->moved[tile] = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
+    return &t->moved[tile];
+}
+
+/* ---- frames as they are --------------------------------------------------------------------- */
+
+static void publish_segment(const struct incoming *in, struct columns c, uint32_t row,
+                            struct dx_rect *moved)
+{
+    const struct dx_plane *from = in->source;
+    struct dx_plane *to = in->t->sampled;
+    const size_t rb = to->range_bytes, at = (size_t)row * to->width + c.first;
+    bool differs = replace(moved, (uint8_t *)to->range + at * rb,
+                           (const uint8_t *)from->range + at * rb, rb, c.first, c.n);
+
+    differs |= replace_attrs(moved, to, in->attr, at, c.first, c.n);
+    if (to->xyz)
+        differs |=
+            replace(moved, to->xyz + 3 * at, from->xyz + 3 * at, 3 * sizeof(float), c.first, c.n);
+    if (differs)
+        grow(moved, row);
+}
+
+static bool is_same(const struct dx_plane *x, const struct dx_plane *y, size_t at, size_t n)
+{
+    const size_t rb = y->range_bytes, ab = x->attr_bytes, pb = 3 * sizeof(float);
+
+    return memcmp((uint8_t *)x->range + at * rb, (uint8_t *)y->range + at * rb, n * rb) == 0 &&
+           (!ab ||
+            memcmp((uint8_t *)x->attr + at * ab, (uint8_t *)y->attr + at * ab, n * ab) == 0) &&
+           (!x->xyz || memcmp(x->xyz + 3 * at, y->xyz + 3 * at, n * pb) == 0);
+}
+
+/* A row of tiles, by rows of dexels as they lie in memory: most are the same where little moves.
+ * Each tile has a rectangle of its own, no wider than what has changed in it, so that neighbours
+ * are computed anew only where the change comes near them. */
+static void publish_frame(void *ctx, uint32_t band, unsigned thread)
+{
+    const struct incoming *in = ctx;
+    struct dx_terrain *t = in->t;
+    const uint32_t tile0 = band * t->tiling.cols;
+    const struct dx_rect rows = dx_marks_part(&t->tiling, tile0);
+
+    (void)thread;
+    for (uint32_t k = in->first; k <= in->last; k++)
+        begin_moved(t, tile0 + k);
+    for (uint32_t row = rows.row0; row <= rows.row1; row++) {
+        const size_t at = (size_t)row * t->tiling.width + in->col0;
+
+        if (is_same(t->sampled, in->frame, at, in->end - in->col0))
+            continue;
+        for (uint32_t k = in->first; k <= in->last; k++)
+            publish_segment(in, columns_of(in, k), row, &t->moved[tile0 + k]);
+    }
+}
+
+/* ---- estimates ------------------------------------------------------------------------------ */
 
 static uint64_t hold_at(const struct dx_terrain *t, uint32_t hold, uint32_t range)
 {
@@ -187,99 +204,154 @@ static uint64_t hold_at(const struct dx_terrain *t, uint32_t hold, uint32_t rang
 
 /* Whether a dexel has moved too far from what is published. One that rounds to the same range has
  * not: publishing it would change nothing. */
-static bool has_moved(const struct dx_terrain *t, const struct part *p, uint64_t estimate,
+static bool has_moved(const struct incoming *in, const struct dx_estimates *e, uint32_t k,
                       uint32_t published)
 {
-    uint64_t at = (uint64_t)published << DX_ESTIMATE_FRACTION;
-    uint64_t distance = estimate > at ? estimate - at : at - estimate;
+    const uint64_t estimate = dx_estimate_at(e, k);
+    const uint64_t at = (uint64_t)published << DX_ESTIMATE_FRACTION;
+    const uint64_t distance = estimate > at ? estimate - at : at - estimate;
 
     if ((estimate != 0) != (published != 0))
         return true;
-    if (distance <= p->surely_held)
-        return false;
-    return rounded(estimate) != published && distance > hold_at(t, p->hold, published);
+    return e->range[k] != published && distance > hold_at(in->t, in->hold, published);
 }
 
-/* A hold is over ranges; an attribute alone (the intensity's noise) does not end it. */
-static bool row_has_moved(const struct dx_terrain *t, const struct part *p, uint32_t row,
-                          const uint64_t *estimate)
+/* DX_ROWS_CELLS of a row's columns at the most, from the k-th estimate on. */
+static bool some_have_moved(const struct incoming *in, const struct dx_estimates *e, size_t at,
+                            uint32_t k, uint32_t n)
 {
-    size_t at = (size_t)row * t->sampled->width + p->col0;
+    const struct dx_terrain *t = in->t;
+    uint32_t published[DX_ROWS_CELLS];
+    uint64_t may;
 
-    for (uint32_t k = 0; k < p->n_cols; k++)
-        if (has_moved(t, p, estimate[k], dx_plane_range(t->sampled, at + k)) ||
-            (p->hold == 0 && dx_plane_attr(p->attr, at + k) != dx_plane_attr(t->sampled, at + k)))
+    dx_plane_get_ranges(t->sampled, at, n, published, DX_ROWS_CELLS);
+    may = t->gates.rows->filters.may_have_moved(e->fine + k, published, &in->row_hold);
+    for (may &= (uint64_t)dx_bits_below(n); may; may &= may - 1) {
+        const uint32_t j = (uint32_t)__builtin_ctzll(may);
+
+        if (has_moved(in, e, k + j, published[j]))
             return true;
+    }
     return false;
 }
 
-static void publish_row(struct dx_terrain *t, const struct part *p, uint32_t row,
-                        const uint64_t *estimate)
+/* A hold is over ranges; an attribute alone (the intensity's noise) does not end it. */
+static bool row_has_moved(const struct incoming *in, const struct dx_estimates *e, size_t at,
+                          uint32_t n)
 {
-    uint32_t first = UINT32_MAX, last = 0;
+    const struct dx_plane *to = in->t->sampled;
+    const size_t bytes = to->attr_bytes;
 
-    for (uint32_t k = 0; k < p->n_cols; k++) {
-        size_t at = (size_t)row * t->sampled->width + p->col0 + k;
-        uint32_t range = rounded(estimate[k]), attr = dx_plane_attr(p->attr, at);
-
-        if (dx_plane_range(t->sampled, at) == range && dx_plane_attr(t->sampled, at) == attr)
-            continue;
-        dx_plane_set_range(t->sampled, at, range);
-        dx_plane_set_attr(t->sampled, at, attr);
-        first = first < k ? first : k;
-        last = k;
-    }
-    if (first != UINT32_MAX)
-        mark(t, &(struct dx_rect){row, row, p->col0 + first, p->col0 + last});
+    for (uint32_t k = 0; k < n; k += DX_ROWS_CELLS)
+        if (some_have_moved(in, e, at + k, k, n - k < DX_ROWS_CELLS ? n - k : DX_ROWS_CELLS))
+            return true;
+    return bytes && in->hold == 0 &&
+           differ((const uint8_t *)in->attr->attr + at * bytes,
+                  (const uint8_t *)to->attr + at * bytes, n * bytes);
 }
 
-static void publish_part(struct dx_terrain *t, const struct dx_plane *frame, const struct part *p)
+/* Takes what has come of a row; which tiles are due. */
+static void take_row(const struct incoming *in, uint32_t tile0, uint32_t row)
 {
-    uint32_t keyframe = t->params.ingest.keyframe;
-    bool due = keyframe && t->estimator.n_taken[p->col0] % keyframe == 0;
+    struct dx_terrain *t = in->t;
+    struct dx_estimates e;
 
-    for (uint32_t i = 0; i < p->n_rows; i++) {
-        uint64_t *estimate = t->estimate + (size_t)i * DX_PART_SIDE;
+    for (uint32_t k = in->first; k <= in->last; k++) {
+        const struct columns c = columns_of(in, k);
+        const size_t at = (size_t)row * t->tiling.width + c.first;
 
-        dx_estimator_take(&t->estimator, frame, p->row0 + i, p->col0, p->n_cols, estimate);
-        due = due || row_has_moved(t, p, p->row0 + i, estimate);
+        dx_estimator_take(&t->estimator, in->frame, row, c.first, c.n, &e);
+        dx_plane_put_ranges(&t->estimated, at, c.n, e.range);
+        if (!t->due[tile0 + k])
+            t->due[tile0 + k] = row_has_moved(in, &e, at, c.n);
     }
-    for (uint32_t i = 0; due && i < p->n_rows; i++)
-        publish_row(t, p, p->row0 + i, t->estimate + (size_t)i * DX_PART_SIDE);
 }
 
-static void publish_estimates(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
-                              uint32_t n_cols)
+/* A row of tiles, by rows of dexels as they lie in memory, and then the tiles that are due. */
+static void publish_estimates(void *ctx, uint32_t band, unsigned thread)
 {
-    struct part p = {.attr = t->params.ingest.filter ? &t->estimator.newest : frame,
-                     .hold = t->params.sigma_given ? t->hold : 0};
+    const struct incoming *in = ctx;
+    struct dx_terrain *t = in->t;
+    const uint32_t tile0 = band * t->tiling.cols, keyframe = t->params.ingest.keyframe;
+    const struct dx_rect rows = dx_marks_part(&t->tiling, tile0);
 
-    p.surely_held = hold_at(t, p.hold, 0);
-    dx_estimator_begin(&t->estimator, frame, col0, n_cols);
-    for (uint32_t n = 0; n < dx_tiling_n_tiles(&t->tiling); n++) {
-        struct dx_rect r = dx_marks_part(&t->tiling, n);
-
-        p.row0 = r.row0;
-        p.n_rows = r.row1 - r.row0 + 1;
-        p.col0 = r.col0 > col0 ? r.col0 : col0;
-        r.col1 = r.col1 < col0 + n_cols ? r.col1 : col0 + n_cols - 1;
-        p.n_cols = r.col1 - p.col0 + 1;
-        if (p.col0 <= r.col1)
-            publish_part(t, frame, &p);
+    (void)thread;
+    for (uint32_t k = in->first; k <= in->last; k++) {
+        begin_moved(t, tile0 + k);
+        t->due[tile0 + k] =
+            keyframe && t->estimator.n_taken[columns_of(in, k).first] % keyframe == 0;
     }
+    for (uint32_t row = rows.row0; row <= rows.row1; row++)
+        take_row(in, tile0, row);
+    for (uint32_t row = rows.row0; row <= rows.row1; row++)
+        for (uint32_t k = in->first; k <= in->last; k++)
+            if (t->due[tile0 + k])
+                publish_segment(in, columns_of(in, k), row, &t->moved[tile0 + k]);
+}
+
+/* Estimates are published, and held. */
+static void set_estimates(struct incoming *in)
+{
+    const struct dx_terrain *t = in->t;
+    uint64_t surely;
+
+    in->source = &t->estimated;
+    if (t->params.ingest.filter)
+        in->attr = &t->estimator.newest;
+    in->hold = t->params.sigma_given ? t->hold : 0;
+    surely = hold_at(t, in->hold, 0);
+    in->row_hold =
+        (struct dx_row_hold){.sigma = t->gates.row_sigma,
+                             .surely_held = surely < UINT32_MAX ? (uint32_t)surely : UINT32_MAX,
+                             .sigmas = in->hold / 256.0};
+}
+
+/* ---- both ----------------------------------------------------------------------------------- */
+
+static uint32_t column_of(const struct dx_tiling *g, uint32_t col)
+{
+    const uint32_t tile = col / DX_TILE_CELLS;
+
+    return tile < g->cols ? tile : g->cols - 1; /* the last one has the rest */
+}
+
+static void mark_moved(const struct incoming *in)
+{
+    struct dx_terrain *t = in->t;
+
+    for (uint32_t row = 0; row < t->tiling.rows; row++)
+        for (uint32_t k = in->first; k <= in->last; k++) {
+            const struct dx_rect *moved = &t->moved[row * t->tiling.cols + k];
+
+            if (moved->row0 != UINT32_MAX)
+                mark(t, moved);
+        }
 }
 
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
-                        uint32_t n_cols)
+                        uint32_t n_cols, struct dx_pool *pool)
 {
+    struct incoming in = {.t = t,
+                          .frame = frame,
+                          .col0 = col0,
+                          .end = col0 + n_cols,
+                          .first = column_of(&t->tiling, col0),
+                          .last = column_of(&t->tiling, col0 + n_cols - 1),
+                          .source = frame,
+                          .attr = frame};
+
     if (!t->params.sigma_given && (n_cols == frame->width || !t->gates_set))
         settle_noise(t, frame);
     if (!t->gates_set)
         set_noise(t);
-    if (t->params.ingest.filter == DX_FILTER_OFF && t->hold == 0)
-        publish_frame(t, frame, col0, n_cols);
-    else
-        publish_estimates(t, frame, col0, n_cols);
+    if (t->params.ingest.filter == DX_FILTER_OFF && t->hold == 0) {
+        dx_pool_run_tiles(pool, t->tiling.rows, publish_frame, &in);
+    } else {
+        set_estimates(&in);
+        dx_estimator_begin(&t->estimator, frame, col0, n_cols);
+        dx_pool_run_tiles(pool, t->tiling.rows, publish_estimates, &in);
+    }
+    mark_moved(&in);
 }
 
 void dx_terrain_forget(struct dx_terrain *t)

@@ -47,3 +47,15 @@ void dx_sigma_init(struct dx_sigma *s, const double sigma[3], double unit_m)
     s->a2 = factor(0x1p40 * sigma[2] * unit_m);
     s->full = find_full(s);
 }
+
+/* The integers cut each product to a whole number, and the square before it is multiplied. */
+struct dx_row_sigma dx_sigma_rows(const struct dx_sigma *s)
+{
+    const double a1 = (double)s->a1, a2 = (double)s->a2;
+
+    return (struct dx_row_sigma){.a0 = (double)s->a0,
+                                 .a1 = a1 * 0x1p-16,
+                                 .a2 = a2 * 0x1p-32,
+                                 .max = DX_SIGMA_MAX,
+                                 .off = 3.01 + a2 * 0x1p-16 * 1.001};
+}

@@ -6,6 +6,8 @@
 #ifndef DX_SIGMA_H
 #define DX_SIGMA_H
 
+#include "core/rows/rows.h"
+
 #include <stdint.h>
 
 #define DX_SIGMA_MAX ((1u << 27) - 1) /* 2^19 units; leaves room for a factor of 32 in 32 bits */
@@ -19,6 +21,9 @@ struct dx_sigma {
 /* From s0 (m), s1 (1), s2 (1/m), none negative, and the unit of ranges; s0 is at least half a unit:
  * ranges are rounded. */
 void dx_sigma_init(struct dx_sigma *s, const double sigma[3], double unit_m);
+
+/* The same for loops over rows. */
+struct dx_row_sigma dx_sigma_rows(const struct dx_sigma *s);
 
 static inline uint32_t dx_sigma_at(const struct dx_sigma *s, uint32_t range)
 {

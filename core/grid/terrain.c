@@ -14,11 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct scratch {
-    struct dx_rules_scratch rules;
-    struct dx_tile tile;
-};
-
 void dx_terrain_params_default(struct dx_terrain_params *p)
 {
     *p = (struct dx_terrain_params){.tilt_deg = 78.69,
@@ -87,8 +82,12 @@ const char *dx_terrain_params_check_exact(const struct dx_terrain_params *p)
 /* What samples are published through. */
 static int init_stages(struct dx_terrain *t)
 {
-    int r = dx_estimator_init(&t->estimator, &t->params.ingest, &t->published);
+    int r = dx_estimator_init(&t->estimator, &t->params.ingest, &t->published,
+                              dx_rows_get(t->params.simd));
 
+    if (r == 0 && (t->params.ingest.filter || t->hold))
+        r = dx_plane_init(&t->estimated, t->geometry->height, t->geometry->width,
+                          t->geometry->range_bytes, 0);
     if (r == 0)
         r = dx_gates_init(&t->gates, t->geometry);
     if (r == 0 && t->params.smooth)
@@ -125,13 +124,13 @@ int dx_terrain_new(struct dx_terrain **out, struct dx_geometry *g,
     t->task = calloc(n_tiles, sizeof(*t->task));
     t->scratch = calloc(t->n_scratch, sizeof(*t->scratch)); /* touched by the threads there are */
     t->hold = hold_of(&params->ingest);
-    t->estimate = calloc(DX_PART_SIDE * DX_PART_SIDE, sizeof(*t->estimate));
-    t->moved = calloc(g->width / DX_TILE_CELLS + 1, sizeof(*t->moved));
+    t->moved = calloc(n_tiles, sizeof(*t->moved));
+    t->due = calloc(n_tiles, sizeof(*t->due));
     r = dx_plane_init_for(&t->published, g, attr_bytes);
     if (r == 0)
         r = init_stages(t);
     if (r == 0 && (!t->code || !t->strut || !t->has_struts || !t->hash || !t->marked ||
-                   !t->changed || !t->task || !t->scratch || !t->estimate || !t->moved))
+                   !t->changed || !t->task || !t->scratch || !t->moved || !t->due))
         r = -ENOMEM;
     if (r < 0) {
         dx_terrain_free(t);
@@ -151,8 +150,9 @@ void dx_terrain_free(struct dx_terrain *t)
     dx_plane_fini(&t->published);
     dx_smoothing_free(t->smoothing);
     dx_estimator_fini(&t->estimator);
+    free(t->due);
     free(t->moved);
-    free(t->estimate);
+    dx_plane_fini(&t->estimated);
     free(t->scratch);
     free(t->task);
     free(t->changed);

@@ -99,10 +99,11 @@ const struct dx_terrain_params *dx_terrain_params(const struct dx_terrain *t);
  * of those columns: it is published iff it has an estimate, and within max(hold * sigma, half a
  * unit) of it (where ranges are smoothed: what they are smoothed from is). Where the noise was not
  * given, the first whole frame that can tell it settles it (dx_terrain_params); until then it is
- * the floor for the mesh, samples are not averaged, and every difference is published.
+ * the floor for the mesh, samples are not averaged, and every difference is published. On the pool
+ * (NULL: on the caller), whose calls end before this one.
  */
 void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint32_t col0,
-                        uint32_t n_cols);
+                        uint32_t n_cols, struct dx_pool *pool);
 
 /* The stream was interrupted: samples from before say nothing about those to come. What is
  * published stays until they do. */

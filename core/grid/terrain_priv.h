@@ -5,11 +5,15 @@
 
 #include "core/grid/estimator.h"
 #include "core/grid/gates.h"
+#include "core/grid/rules.h"
 #include "core/grid/smoothing.h"
 #include "core/grid/terrain.h"
 
-/* The most rows and columns of dexels that belong to a tile. */
-#define DX_PART_SIDE (DX_TILE_CELLS + 1)
+/* What a thread of the pool works in. */
+struct dx_terrain_scratch {
+    struct dx_rules_scratch rules;
+    struct dx_tile tile;
+};
 
 struct dx_terrain {
     struct dx_geometry *geometry;
@@ -19,9 +23,10 @@ struct dx_terrain {
     bool gates_set; /* with the first frame: the noise may come from it */
     uint32_t fans;  /* DX_CAP_*: fans that would face the scanner */
     struct dx_estimator estimator;
-    uint32_t hold;         /* 1/256 sigma */
-    uint64_t *estimate;    /* DX_PART_SIDE^2: of the part that is being published */
-    struct dx_rect *moved; /* of each 64 columns: what changed in the rows that are published */
+    uint32_t hold;             /* 1/256 sigma */
+    struct dx_plane estimated; /* ranges, where estimates are published */
+    bool *due;                 /* a tile: whether they are, of the frame that is published, */
+    struct dx_rect *moved;     /* and what changed of its dexels in it */
     struct dx_plane published;
     struct dx_smoothing *smoothing; /* NULL: without */
     struct dx_plane *sampled;       /* what publishing writes: the array that is published, or the
@@ -32,7 +37,7 @@ struct dx_terrain {
     uint64_t *hash;                 /* a tile; 0 = no triangles */
     uint64_t *marked, *changed;     /* bits by tile number */
     uint32_t *task;                 /* tile numbers of the commit under way */
-    struct scratch *scratch;        /* one a thread of the pool */
+    struct dx_terrain_scratch *scratch; /* one a thread of the pool */
     unsigned n_scratch;
 };
 

@@ -87,6 +87,40 @@ struct dx_row_preference {
     uint64_t bd, unsure;
 };
 
+/* What decides of samples whether they join a mean (estimator.h): in 1/256 unit; the gate in
+ * sigmas. */
+struct dx_row_mean {
+    struct dx_row_sigma sigma;
+    uint32_t surely_near, gate;
+    uint32_t n_max; /* samples that a mean counts */
+};
+
+/* What is held (publish.c), in 1/256 unit; sigmas are a number of them, / 256. */
+struct dx_row_hold {
+    struct dx_row_sigma sigma;
+    uint32_t surely_held;
+    double sigmas;
+};
+
+/* Filters over frames, DX_ROWS_CELLS dexels of a row at a time. Estimates are in 1/256 unit. */
+struct dx_row_filters {
+    /* Where samples confirm estimates, those follow, and states are the samples they count and
+     * nothing else. Which dexels are left to the caller: not those without sample and estimate. */
+    uint64_t (*join_mean)(uint32_t *est, uint32_t *state, const uint32_t *range,
+                          const struct dx_row_mean *mean);
+
+    /* Estimates, and in whole units; UINT32_MAX where the state counts no sample: est is in whole
+     * units there. */
+    void (*tell_mean)(uint32_t *estimate, uint32_t *range, const uint32_t *est,
+                      const uint32_t *state);
+
+    void (*median3)(uint32_t *median, const uint32_t *x, const uint32_t *y, const uint32_t *z);
+
+    /* Which dexels are not known to be held where they are: ask integers. */
+    uint64_t (*may_have_moved)(const uint32_t *estimate, const uint32_t *published,
+                               const struct dx_row_hold *hold);
+};
+
 /* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
 struct dx_row_bends {
     /* 2^40 / r of DX_ROWS_CORNERS ranges; infinite for r below 16, which integers take for missing;
@@ -273,6 +307,7 @@ struct dx_rows {
     /* Two bytes (octahedral.h) of each sum, or of its opposite; 0, 0 where it is not used. */
     void (*octahedral)(int8_t *out, const struct dx_row_points *sum, dx_bits used, bool flip);
 
+    struct dx_row_filters filters;
     struct dx_smoother smoother;
 };
 

@@ -47,6 +47,7 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
 
 #include "core/rows/rows_words.h"
 
+#include "core/rows/rows_filters.h"
 #include "core/rows/rows_wire.h"
 
 #include "core/rows/rows_normals.h"
@@ -65,6 +66,12 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .triangles = triangles_words, .outcomes = outcomes_words, .corners = corners_words,        \
     }
 
+#define FILTERS                                                                                    \
+    {                                                                                              \
+        .join_mean = join_mean_row, .tell_mean = tell_mean_row, .median3 = median3_row,            \
+        .may_have_moved = may_have_moved_row,                                                      \
+    }
+
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
         .name = set_name, .valid = valid_row, .valid_wide = valid_wide_row,                        \
@@ -75,5 +82,5 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .spin = spin_row, .emit = emit_row, .keep = keep_row, .keep16 = keep16_row,                \
         .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row, .unit = unit_row,          \
         .cap = cap_row, .add_cells = add_cells_row, .octahedral = octahedral_row,                  \
-        .smoother = DX_SMOOTHER,                                                                   \
+        .filters = FILTERS, .smoother = DX_SMOOTHER,                                               \
     }

@@ -52,7 +52,7 @@ static inline uint32_t commit_columns(struct dx_terrain *t, const struct rig *r,
     uint64_t *before = calloc(n_tiles, sizeof(*before)), *after = calloc(n_tiles, sizeof(*after));
 
     hash_tiles(t, tile, before);
-    dx_terrain_publish(t, &r->plane, col0, n);
+    dx_terrain_publish(t, &r->plane, col0, n, NULL);
     n_changed = dx_terrain_commit(t, NULL);
     hash_tiles(t, tile, after);
     for (uint32_t k = 0; k < n_tiles; k++)

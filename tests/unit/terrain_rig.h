@@ -64,7 +64,7 @@ static inline struct dx_terrain *meshed(struct dx_geometry *g, const struct dx_t
     struct dx_terrain *t;
 
     assert_int_equal(dx_terrain_new(&t, g, q, p->attr_bytes), 0);
-    dx_terrain_publish(t, p, 0, p->width);
+    dx_terrain_publish(t, p, 0, p->width, pool);
     dx_terrain_commit(t, pool);
     return t;
 }

@@ -31,7 +31,7 @@ static void rig_open(struct rig *r, const struct dx_ingest_params *params, uint8
     const double sigma[3] = {sigma0 * 1e-3, 2e-4, 1e-6};
 
     assert_int_equal(dx_plane_init(&r->frame, HEIGHT, WIDTH, range_bytes, 1), 0);
-    assert_int_equal(dx_estimator_init(&r->e, params, &r->frame), 0);
+    assert_int_equal(dx_estimator_init(&r->e, params, &r->frame, dx_rows_get(DX_SIMD_AUTO)), 0);
     dx_sigma_init(&r->sigma, sigma, 1e-3);
     dx_estimator_settle(&r->e, &r->sigma);
 }
@@ -44,9 +44,16 @@ static void rig_close(struct rig *r)
 
 static void take_columns(struct rig *r, uint32_t col0, uint32_t n)
 {
+    struct dx_estimates out;
+
     dx_estimator_begin(&r->e, &r->frame, col0, n);
-    for (uint32_t i = 0; i < HEIGHT; i++)
-        dx_estimator_take(&r->e, &r->frame, i, col0, n, &r->estimate[i][col0]);
+    for (uint32_t i = 0; i < HEIGHT; i++) {
+        dx_estimator_take(&r->e, &r->frame, i, col0, n, &out);
+        for (uint32_t k = 0; k < n; k++) {
+            r->estimate[i][col0 + k] = dx_estimate_at(&out, k);
+            assert_int_equal(out.range[k], (r->estimate[i][col0 + k] + 128) >> 8);
+        }
+    }
 }
 
 /* The same range everywhere; the estimate in units, rounded down. */

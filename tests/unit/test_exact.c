@@ -50,7 +50,7 @@ static struct dx_terrain *mesh_of(struct dx_geometry *g, const struct dx_plane *
     q.sigma[0] = 0.01;
     q.bridge = 2;
     assert_int_equal(dx_terrain_new(&t, g, &q, 0), 0);
-    dx_terrain_publish(t, p, 0, WIDTH);
+    dx_terrain_publish(t, p, 0, WIDTH, NULL);
     dx_terrain_commit(t, NULL);
     return t;
 }
@@ -101,10 +101,10 @@ static void a_moved_point_changes_its_tile_alone(void **state)
 
     (void)state;
     assert_true(dx_plane_range(&p, k) != 0);
-    dx_terrain_publish(t, &p, 0, WIDTH);
+    dx_terrain_publish(t, &p, 0, WIDTH, NULL);
     assert_int_equal(dx_terrain_commit(t, NULL), 0);
     p.xyz[3 * k] += 0.001f;
-    dx_terrain_publish(t, &p, 0, WIDTH);
+    dx_terrain_publish(t, &p, 0, WIDTH, NULL);
     assert_int_equal(dx_terrain_commit(t, NULL), 1);
     assert_int_equal(*dx_terrain_changed(t), 1);
     dx_terrain_free(t);

@@ -114,7 +114,7 @@ static void change_some(struct sequence *s)
 
         dx_plane_set_range(&s->frame, (size_t)row * width + col, range);
     }
-    dx_terrain_publish(s->t, &s->frame, 0, width);
+    dx_terrain_publish(s->t, &s->frame, 0, width, NULL);
     dx_terrain_commit(s->t, NULL);
     dx_lod_note(s->lod, dx_terrain_changed(s->t));
 }

@@ -24,7 +24,7 @@ struct witness {
 
 static void witness_init(struct witness *w, const struct rig *r, const struct dx_terrain_params *p)
 {
-    assert_int_equal(dx_estimator_init(&w->e, &p->ingest, &r->plane), 0);
+    assert_int_equal(dx_estimator_init(&w->e, &p->ingest, &r->plane, dx_rows_get(DX_SIMD_AUTO)), 0);
     dx_sigma_init(&w->sigma, p->sigma, (double)r->g->unit_m);
     dx_estimator_settle(&w->e, &w->sigma);
     w->estimate = calloc(dx_plane_n_dexels(&r->plane), sizeof(*w->estimate));
@@ -33,10 +33,16 @@ static void witness_init(struct witness *w, const struct rig *r, const struct dx
 
 static void witness_take(struct witness *w, const struct rig *r, uint32_t col0, uint32_t n)
 {
+    struct dx_estimates out;
+
     dx_estimator_begin(&w->e, &r->plane, col0, n);
     for (uint32_t i = 0; i < r->g->height; i++)
-        dx_estimator_take(&w->e, &r->plane, i, col0, n,
-                          w->estimate + (size_t)i * r->g->width + col0);
+        for (uint32_t col = col0, some; col < col0 + n; col += some) {
+            some = col0 + n - col < DX_ESTIMATES ? col0 + n - col : DX_ESTIMATES;
+            dx_estimator_take(&w->e, &r->plane, i, col, some, &out);
+            for (uint32_t k = 0; k < some; k++)
+                w->estimate[(size_t)i * r->g->width + col + k] = dx_estimate_at(&out, k);
+        }
 }
 
 static void witness_fini(struct witness *w)
@@ -74,7 +80,7 @@ static void assert_pure(const struct dx_terrain *t)
     assert_int_equal(dx_terrain_new(&fresh, (struct dx_geometry *)dx_terrain_geometry(t), &p,
                                     published->attr_bytes),
                      0);
-    dx_terrain_publish(fresh, published, 0, published->width);
+    dx_terrain_publish(fresh, published, 0, published->width, NULL);
     dx_terrain_commit(fresh, NULL);
     want = collect(fresh);
     assert_true(got.n > 1000);
@@ -168,10 +174,10 @@ static void assert_parts_equal(const struct dx_terrain_params *params, uint32_t 
     parts = terrain_of(&r, params);
     for (uint32_t frame = 0; frame < 12; frame++) {
         rig_cast(&r, frame);
-        dx_terrain_publish(whole, &r.plane, 0, r.g->width);
+        dx_terrain_publish(whole, &r.plane, 0, r.g->width, NULL);
         for (uint32_t col = 0; col < r.g->width; col += part)
             dx_terrain_publish(parts, &r.plane, col,
-                               r.g->width - col < part ? r.g->width - col : part);
+                               r.g->width - col < part ? r.g->width - col : part, NULL);
         assert_true(same(dx_terrain_published(whole), dx_terrain_published(parts)));
         dx_terrain_commit(whole, NULL);
         dx_terrain_commit(parts, NULL);
@@ -210,9 +216,9 @@ static void without_a_filter_the_array_is_the_frame(void **state)
         const struct dx_plane *p1 = dx_terrain_published(t1);
 
         rig_cast(&r, frame);
-        dx_terrain_publish(t, &r.plane, 0, 90);
-        dx_terrain_publish(t, &r.plane, 90, 110);
-        dx_terrain_publish(t1, &r.plane, 0, 200);
+        dx_terrain_publish(t, &r.plane, 0, 90, NULL);
+        dx_terrain_publish(t, &r.plane, 90, 110, NULL);
+        dx_terrain_publish(t1, &r.plane, 0, 200, NULL);
         assert_true(same(dx_terrain_published(t), &r.plane));
         assert_memory_equal(p1->range, r.plane.range, dx_plane_n_dexels(p1) * p1->range_bytes);
     }
@@ -240,7 +246,7 @@ static void threads_change_nothing(void **state)
             struct whole_mesh w;
 
             rig_cast(&r, frame);
-            dx_terrain_publish(t, &r.plane, 0, r.g->width);
+            dx_terrain_publish(t, &r.plane, 0, r.g->width, NULL);
             digest = dx_hash_u64(digest, dx_terrain_commit(t, pool));
             w = collect(t);
             digest = dx_hash_u64(digest, mesh_digest(&w));

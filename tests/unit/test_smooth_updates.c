@@ -68,7 +68,7 @@ static void change_dexel(struct sequence *s)
 
 static void publish(struct sequence *s, uint32_t col0, uint32_t n)
 {
-    dx_terrain_publish(s->t, &s->frame, col0, n);
+    dx_terrain_publish(s->t, &s->frame, col0, n, NULL);
     for (uint32_t i = 0; i < HEIGHT; i++)
         for (uint32_t j = col0; j < col0 + n; j++) {
             const size_t k = (size_t)i * WIDTH + j;
@@ -179,9 +179,9 @@ static void a_dexel_changes_the_tiles_that_it_reaches(void **state)
         q.sigma[0] = 0.05;
         t = meshed(g, &q, &p, NULL);
         dx_plane_set_range(&p, (size_t)cases[c].row * WIDTH + cases[c].col, 5100);
-        dx_terrain_publish(t, &p, 0, WIDTH);
+        dx_terrain_publish(t, &p, 0, WIDTH, NULL);
         assert_int_equal(dx_terrain_commit(t, NULL), cases[c].n_tiles);
-        dx_terrain_publish(t, &p, 0, WIDTH);
+        dx_terrain_publish(t, &p, 0, WIDTH, NULL);
         assert_int_equal(dx_terrain_commit(t, NULL), 0);
         dx_terrain_free(t);
         dx_plane_fini(&p);
@@ -207,7 +207,7 @@ static void threads_and_parts_do_not_matter(void **state)
         for (uint32_t part = 0; part < WIDTH; part += 25) {
             const uint32_t col0 = (part + 25 * (uint32_t)k) % WIDTH;
 
-            dx_terrain_publish(t, &s.frame, k & 1 ? col0 : WIDTH - 25 - col0, 25);
+            dx_terrain_publish(t, &s.frame, k & 1 ? col0 : WIDTH - 25 - col0, 25, NULL);
             if (part % 3 == 0)
                 dx_terrain_commit(t, pool);
         }
@@ -244,8 +244,8 @@ static void a_hold_is_over_the_samples(void **state)
         struct dx_terrain *fresh;
 
         dx_scene_cast(&p, g, &c, frame, 0, WIDTH);
-        dx_terrain_publish(held, &p, 0, WIDTH);
-        dx_terrain_publish(t, &p, 0, WIDTH);
+        dx_terrain_publish(held, &p, 0, WIDTH, NULL);
+        dx_terrain_publish(t, &p, 0, WIDTH, NULL);
         dx_terrain_commit(t, NULL);
         fresh = meshed(g, &plain, dx_terrain_published(held), NULL);
         assert_same_array(t, fresh);
@@ -276,7 +276,7 @@ static void the_noise_is_that_of_the_frame_that_tells_it(void **state)
     q.smooth = true;
     t = meshed(g, &q, &first, NULL);
     assert_false(dx_terrain_params(t)->sigma_given); /* too few */
-    dx_terrain_publish(t, &p, 0, WIDTH);
+    dx_terrain_publish(t, &p, 0, WIDTH, NULL);
     dx_terrain_commit(t, NULL);
     assert_true(dx_terrain_params(t)->sigma_given);
     told = meshed(g, dx_terrain_params(t), &p, NULL);

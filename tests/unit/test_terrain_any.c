@@ -32,7 +32,7 @@ static void the_kernel_equals_the_oracle(void **state)
         any_rules(&q, &variants[variant], &rng);
         q.caps = true;
         assert_int_equal(dx_terrain_new(&t, g, &q, 0), 0);
-        dx_terrain_publish(t, &p, 0, p.width);
+        dx_terrain_publish(t, &p, 0, p.width, NULL);
         dx_terrain_commit(t, NULL);
         got = collect(t);
         want = oracle_mesh_of(g, &p, &q);

@@ -106,12 +106,12 @@ static void noise_waits_for_a_frame_that_tells(void **state)
     dx_terrain_params_default(&params);
     t = meshed(g, &params, &sparse, NULL);
     assert_false(dx_terrain_params(t)->sigma_given);
-    dx_terrain_publish(t, &p, 0, g->width);
+    dx_terrain_publish(t, &p, 0, g->width, NULL);
     dx_terrain_commit(t, NULL);
     settled = dx_terrain_params(t)->sigma[0];
     assert_true(dx_terrain_params(t)->sigma_given && fabs(settled - 0.01) < 0.002);
     assert_like_oracle(t);
-    dx_terrain_publish(t, &sparse, 0, g->width);
+    dx_terrain_publish(t, &sparse, 0, g->width, NULL);
     assert_true(dx_terrain_params(t)->sigma[0] == settled);
     dx_terrain_free(t);
     dx_plane_fini(&sparse);

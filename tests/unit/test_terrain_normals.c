@@ -82,8 +82,8 @@ static void updates_equal_from_scratch(void **state)
     memset(before, 0, sizeof(before));
     for (int round = 0; round < n_rounds; round++) {
         assert_int_equal(dx_terrain_new(&fresh, g, &q, 0), 0);
-        dx_terrain_publish(t, &p, 0, WIDTH);
-        dx_terrain_publish(fresh, &p, 0, WIDTH);
+        dx_terrain_publish(t, &p, 0, WIDTH, NULL);
+        dx_terrain_publish(fresh, &p, 0, WIDTH, NULL);
         dx_terrain_commit(t, NULL);
         dx_terrain_commit(fresh, NULL);
         for (uint32_t n = 0; n < 9; n++) {
@@ -124,7 +124,7 @@ static void normals_of_a_sphere_point_inwards(void **state)
         dx_terrain_params_default(&q);
         q.sigma_given = q.normals = true;
         assert_int_equal(dx_terrain_new(&t, g, &q, 0), 0);
-        dx_terrain_publish(t, &p, 0, 90);
+        dx_terrain_publish(t, &p, 0, 90, NULL);
         dx_terrain_commit(t, NULL);
         for (uint32_t n = 0; n < dx_tiling_n_tiles(dx_terrain_tiling(t)); n++) {
             assert_true(dx_terrain_tile(t, n, &tile));

@@ -77,7 +77,7 @@ static void publish_shuffled(struct dx_terrain *t, const struct dx_plane *p, str
     for (uint32_t k = 0; k < n; k++) {
         const uint32_t col0 = 16 * part[k];
 
-        dx_terrain_publish(t, p, col0, p->width - col0 < 16 ? p->width - col0 : 16);
+        dx_terrain_publish(t, p, col0, p->width - col0 < 16 ? p->width - col0 : 16, NULL);
         if (dx_rng_below(rng, 8) == 0)
             dx_terrain_commit(t, NULL);
     }

@@ -129,7 +129,8 @@ static void update_dexels(struct sequence *s, int n)
 
         note_hashes(s);
         change_dexel(s, row, col);
-        dx_terrain_publish(s->t, &s->frame, col0, col0 + n_cols < WIDTH ? n_cols : WIDTH - col0);
+        dx_terrain_publish(s->t, &s->frame, col0, col0 + n_cols < WIDTH ? n_cols : WIDTH - col0,
+                           NULL);
         commit_and_check(s);
     }
 }
@@ -145,7 +146,8 @@ static void update_columns(struct sequence *s, int n)
 
             for (uint32_t m = dx_rng_below(&s->rng, 30); m > 0; m--)
                 change_dexel(s, any_place(&s->rng, HEIGHT), any_place(&s->rng, WIDTH));
-            dx_terrain_publish(s->t, &s->frame, col0, 1 + dx_rng_below(&s->rng, WIDTH - col0));
+            dx_terrain_publish(s->t, &s->frame, col0, 1 + dx_rng_below(&s->rng, WIDTH - col0),
+                               NULL);
         }
         commit_and_check(s);
         if (k % 8 == 0)
@@ -178,7 +180,7 @@ static void the_same_again_changes_nothing(void **state)
         struct sequence s;
 
         sequence_init(&s, &variants[v], DX_SCENE_STAIRS);
-        dx_terrain_publish(s.t, &s.frame, 0, WIDTH);
+        dx_terrain_publish(s.t, &s.frame, 0, WIDTH, NULL);
         assert_int_equal(dx_terrain_commit(s.t, NULL), 0);
         assert_int_equal(dx_terrain_commit(s.t, NULL), 0);
         sequence_fini(&s);
