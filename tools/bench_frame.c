@@ -208,7 +208,7 @@ void dx_bench_memory_copy(struct dx_bench_memory *m, struct dx_pool *pool)
  */
 
 #define ARITHMETIC_TASKS 64
-#define ARITHMETIC_STEPS 16384
+#define ARITHMETIC_STEPS (1u << 17)
 
 static void count_steps(void *ctx, uint32_t task, unsigned thread)
 {

@@ -49,8 +49,8 @@ void dx_bench_memory_fini(struct dx_bench_memory *m);
 /* Copies all of it: DX_BENCH_MEMORY_LEN read and as much written. */
 void dx_bench_memory_copy(struct dx_bench_memory *m, struct dx_pool *pool);
 
-/* About a millisecond of one thread in registers alone: by how much more threads are faster is what
- * the processors they got are worth beside the first one. */
+/* Some ten milliseconds of one thread in registers alone: by how much more threads are faster is
+ * what the processors they got are worth beside the first one. */
 void dx_bench_arithmetic(struct dx_pool *pool);
 
 #endif

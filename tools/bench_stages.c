@@ -9,6 +9,7 @@
 #include "tools/args.h"
 #include "tools/bench_args.h"
 #include "tools/bench_frame.h"
+#include "tools/bench_ingest.h"
 #include "tools/bench_smooth.h"
 #include "tools/now.h"
 
@@ -21,17 +22,18 @@
 static const char help[] =
     "usage: dexel bench [OPTIONS] [STAGE...]\n"
     "       dexel bench rules|update|lod|live|record|paper|quality ...   (each has its --help)\n"
-    "Measures terrain mode on a simulated scan: publish, smooth, codes, f32, q16, delta,\n"
-    "copy, arithmetic. smooth: what it would add. rules: the codes with each rule; update: a frame "
-    "where\n"
-    "little has changed; lod: levels of detail; live: a running service at its subscribers;\n"
-    "paper: the table of Gopi and Krishnan (2002); quality: meshes against the "
-    "truth.\n\n" DX_BENCH_ARGS_HELP;
+    "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta. Instead of\n"
+    "publish: mean, median3 (through a filter); beside: smooth (what it would add), copy,\n"
+    "arithmetic (what the machine gives).\n"
+    "rules: the codes with each rule; update: a frame where little has changed; lod: levels\n"
+    "of detail; live: a running service at its subscribers; paper: the table of Gopi and\n"
+    "Krishnan (2002); quality: meshes against the truth.\n\n" DX_BENCH_ARGS_HELP;
 
-enum stage { PUBLISH, SMOOTH, CODES, F32, Q16, DELTA, COPY, ARITHMETIC, N_STAGES };
+enum stage { PUBLISH, MEAN, MEDIAN3, SMOOTH, CODES, F32, Q16, DELTA, COPY, ARITHMETIC, N_STAGES };
 
-const char *const dx_bench_stage_names[] = {"publish", "smooth", "codes",      "f32", "q16",
-                                            "delta",   "copy",   "arithmetic", NULL};
+const char *const dx_bench_stage_names[] = {"publish", "mean",       "median3", "smooth",
+                                            "codes",   "f32",        "q16",     "delta",
+                                            "copy",    "arithmetic", NULL};
 
 static const struct dx_bench_command command = {"dexel bench", help, dx_bench_stage_names, false};
 
@@ -49,7 +51,8 @@ struct bench {
     struct dx_bench_frames frames;
     struct dx_terrain *terrain;
     struct dx_bench_encoder *encoder;
-    struct dx_bench_smooth smooth; /* where that stage is wanted */
+    struct dx_bench_ingest ingest; /* where those stages are wanted */
+    struct dx_bench_smooth smooth;
     struct dx_bench_memory memory; /* taken only where wanted: it would be counted */
     struct dx_bench_encoded encoded[N_STAGES];
     struct lane lane[DX_BENCH_THREADS];
@@ -72,6 +75,12 @@ static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
     switch (stage) {
     case PUBLISH:
         dx_terrain_publish(b->terrain, frame, 0, frame->width, pool);
+        break;
+    case MEAN:
+        dx_bench_ingest_run(&b->ingest, DX_FILTER_MEAN, frame, pool);
+        break;
+    case MEDIAN3:
+        dx_bench_ingest_run(&b->ingest, DX_FILTER_MEDIAN3, frame, pool);
         break;
     case SMOOTH:
         dx_bench_smooth_run(&b->smooth, frame, pool);
@@ -127,6 +136,7 @@ static void bench_fini(struct bench *b)
         dx_pool_free(b->lane[k].pool);
     dx_bench_memory_fini(&b->memory);
     dx_bench_smooth_fini(&b->smooth);
+    dx_bench_ingest_fini(&b->ingest);
     dx_bench_encoder_free(b->encoder);
     dx_terrain_free(b->terrain);
     dx_bench_frames_fini(&b->frames);
@@ -150,10 +160,13 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
     }
     if (r == 0)
         r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), most);
-    if (r == 0 && wants(b, SMOOTH)) {
-        params.sigma[0] = a->scene.sigma[0];
+    params.sigma[0] = a->scene.sigma[0];
+    if (r == 0 && wants(b, MEAN))
+        r = dx_bench_ingest_init(&b->ingest, DX_FILTER_MEAN, b->frames.geometry, &params);
+    if (r == 0 && wants(b, MEDIAN3))
+        r = dx_bench_ingest_init(&b->ingest, DX_FILTER_MEDIAN3, b->frames.geometry, &params);
+    if (r == 0 && wants(b, SMOOTH))
         r = dx_bench_smooth_init(&b->smooth, b->frames.geometry, &params);
-    }
     if (r == 0 && wants(b, COPY))
         r = dx_bench_memory_init(&b->memory);
     if (r == 0 && b->frames.geometry->range_bytes != 2)
@@ -168,6 +181,8 @@ static const struct dx_report_column stage_columns[] = {
     {"size", "size", 0},
     {"threads", "threads", 0},
     {"publish", "publish_ns", 2},
+    {"mean", "mean_ns", 2},
+    {"median3", "median3_ns", 2},
     {"smooth", "smooth_ns", 2},
     {"codes", "codes_ns", 2},
     {"f32", "f32_ns", 2},
@@ -324,11 +339,13 @@ int dx_bench_stages(int argc, char **argv)
         .name = "stages",
         .title = "The stages of a frame, ns a dexel",
         .text =
-            "Medians. *publish* takes a frame over where it differs (one thread), *codes* decides\n"
-            "the mesh by all rules, *f32*, *q16* and *delta* make the chunks of all tiles; beside "
-            "them\n"
-            "the bytes a dexel of those, and allocations in a round. Every tile changes in every "
-            "frame.",
+            "Medians. *publish* takes a frame over where it differs; *mean* and *median3* publish "
+            "through a\nfilter over frames instead, *smooth* is what smoothing would add; *codes* "
+            "decides the mesh by\nall rules, *f32*, *q16* and *delta* make the chunks of all "
+            "tiles; "
+            "beside them the bytes a\ndexel of those, and allocations in a round. Every tile "
+            "changes "
+            "in every frame.",
         .columns = stage_columns};
     struct dx_report_table frames = {
         .name = "frames",
