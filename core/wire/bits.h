@@ -27,6 +27,15 @@ static inline void dx_put_bits(struct dx_bit_writer *b, uint32_t v, unsigned n)
     }
 }
 
+/* The same of up to 64 bits. */
+static inline void dx_put_long_bits(struct dx_bit_writer *b, uint64_t v, unsigned n)
+{
+    const unsigned low = n < 32 ? n : 32;
+
+    dx_put_bits(b, (uint32_t)v, low);
+    dx_put_bits(b, (uint32_t)(v >> low), n - low);
+}
+
 /* n ones and a zero. */
 static inline void dx_put_unary(struct dx_bit_writer *b, unsigned n)
 {

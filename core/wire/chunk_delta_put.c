@@ -152,6 +152,42 @@ static uint32_t find_widths(uint8_t width[MAX_BLOCKS], const uint32_t *folded, u
     return n_bits;
 }
 
+/* Words of twice the width. */
+static inline void join_pairs(uint64_t *restrict out, const uint64_t *restrict in, uint32_t n,
+                              unsigned width)
+{
+    for (uint32_t m = 0; m < n / 2; m++)
+        out[m] = in[2 * m] | in[2 * m + 1] << width;
+}
+
+static void put_words(struct dx_bit_writer *b, const uint64_t *word, uint32_t n, unsigned width)
+{
+    for (uint32_t m = 0; m < n; m++)
+        dx_put_long_bits(b, word[m], width);
+}
+
+/* A whole block's residuals: first as many side by side as a word holds, since each that is put
+ * waits for the one before. */
+static void put_block(struct dx_bit_writer *b, const uint32_t block[DX_DELTA_BLOCK], unsigned w)
+{
+    uint64_t one[DX_DELTA_BLOCK], two[DX_DELTA_BLOCK / 2], four[DX_DELTA_BLOCK / 4];
+
+    for (uint32_t m = 0; m < DX_DELTA_BLOCK; m++)
+        one[m] = block[m];
+    join_pairs(two, one, DX_DELTA_BLOCK, w);
+    if (w > 16) {
+        put_words(b, two, DX_DELTA_BLOCK / 2, 2 * w);
+        return;
+    }
+    join_pairs(four, two, DX_DELTA_BLOCK / 2, 2 * w);
+    if (w > 8) {
+        put_words(b, four, DX_DELTA_BLOCK / 4, 4 * w);
+        return;
+    }
+    join_pairs(one, four, DX_DELTA_BLOCK / 4, 4 * w);
+    put_words(b, one, DX_DELTA_BLOCK / 8, 8 * w);
+}
+
 static uint8_t *put_blocks(uint8_t *p, const uint32_t *folded, const uint8_t width[MAX_BLOCKS],
                            uint32_t n)
 {
@@ -164,7 +200,9 @@ static uint8_t *put_blocks(uint8_t *p, const uint32_t *folded, const uint8_t wid
         const uint8_t w = width[at / DX_DELTA_BLOCK];
 
         dx_put_unary(&b, dx_delta_fold((uint32_t)w - before));
-        for (uint32_t m = 0; m < left; m++)
+        if (left == DX_DELTA_BLOCK)
+            put_block(&b, block, w);
+        for (uint32_t m = 0; left < DX_DELTA_BLOCK && m < left; m++)
             dx_put_bits(&b, block[m], w);
         before = w;
     }
