@@ -9,7 +9,7 @@
  * is nearer stays as it is. */
 #define INVERSE      0x1p44
 #define INVERSE_BITS 44
-#define LEAST_RANGE  64
+#define LEAST_RANGE  DX_ROWS_LEAST_MIDDLE
 
 static int64_t inverse(uint32_t range)
 {
@@ -97,7 +97,7 @@ struct gaps {
 
 static uint8_t is_gap(uint8_t code)
 {
-    return !(1u << code & (1u << DX_CELL_ABC_ACD | 1u << DX_CELL_ABD_BCD));
+    return (code != DX_CELL_ABC_ACD) & (code != DX_CELL_ABD_BCD);
 }
 
 /* Cells outside the grid are no gaps. */
@@ -122,33 +122,134 @@ static void find_gaps(uint8_t gap[DX_TILE_CELLS + 2], const struct dx_terrain *t
         gap[0] = is_gap(code[before / DX_TILE_CELLS * size + before % DX_TILE_CELLS]);
 }
 
-/* ---- a rectangle ----------------------------------------------------------------------------- */
+/* ---- runs of middles ------------------------------------------------------------------------- */
 
-static void error_run(const struct dx_lod *lod, const struct dx_lod_run *run, uint32_t row,
-                      uint32_t col1, const struct gaps *gaps, uint32_t tile_col0)
+/* A row of a tile's, and what is known of all its middles. */
+struct tile_row {
+    const struct dx_lod *lod;
+    uint32_t row, col0, col1;
+    struct gaps gaps;
+};
+
+/* Whether a middle is always active: for its place, or, the last on its cells, for gaps beside. */
+static bool is_forced(const struct tile_row *r, uint32_t col, bool leaf)
 {
+    const uint32_t j = col - r->col0;
+    const struct gaps *g = &r->gaps;
+
+    return dx_lod_is_forced(r->lod, r->row, col) ||
+           (leaf && g->above[j] | g->above[j + 1] | g->below[j] | g->below[j + 1]);
+}
+
+/* One by one. */
+static void run_errors(const struct tile_row *r, const struct dx_lod_run *run)
+{
+    const struct dx_lod *lod = r->lod;
     const struct dx_terrain *t = lod->terrain;
     const bool leaf = run->h == 1 && run->kind <= DX_LOD_ALONG_COLUMN;
     const struct dx_lod_weights *w =
-        lod->weights + (size_t)row * (lod->per_dexel ? t->tiling.width : DX_LOD_RUNS);
-    uint16_t *own = lod->own + (size_t)row * t->tiling.width;
+        lod->weights + (size_t)r->row * (lod->per_dexel ? t->tiling.width : DX_LOD_RUNS);
+    uint16_t *own = lod->own + (size_t)r->row * t->tiling.width;
     struct reach at = {0};
 
     if (!lod->per_dexel)
-        set_reach(&at, run, row, w + run->slot);
-    for (uint32_t col = run->first; col < col1; col += run->step) {
-        const uint32_t j = col - tile_col0;
-
-        if (dx_lod_is_forced(lod, row, col) ||
-            (leaf && gaps->above[j] | gaps->above[j + 1] | gaps->below[j] | gaps->below[j + 1])) {
+        set_reach(&at, run, r->row, w + run->slot);
+    for (uint32_t col = run->first; col < r->col1; col += run->step) {
+        if (is_forced(r, col, leaf)) {
             own[col] = DX_LOD_INFINITE;
             continue;
         }
         if (lod->per_dexel)
-            set_reach(&at, run, row, w + col);
-        own[col] = error_at(t, row, col, &at);
+            set_reach(&at, run, r->row, w + col);
+        own[col] = error_at(t, r->row, col, &at);
     }
 }
+
+/* ---- blocks of them -------------------------------------------------------------------------- */
+
+#define BLOCK DX_ROWS_MIDDLES
+
+/* Ranges of every `step` columns from `col` on; 0 outside the grid. */
+static void pick(uint32_t out[BLOCK], const struct dx_plane *p, bool wrap, uint32_t row,
+                 int64_t col, uint32_t step)
+{
+    const uint16_t *range = (const uint16_t *)p->range + (size_t)row * p->width;
+    const bool inside = col >= 0 && col + (int64_t)step * (BLOCK - 1) < p->width;
+
+    for (uint32_t k = 0; inside && k < BLOCK; k++)
+        out[k] = range[(size_t)col + (size_t)k * step];
+    for (uint32_t k = 0; !inside && k < BLOCK; k++, col += step) {
+        const int64_t c = !wrap             ? col
+                          : col < 0         ? col + p->width
+                          : col >= p->width ? col - p->width
+                                            : col;
+
+        out[k] = c >= 0 && c < p->width ? range[c] : 0;
+    }
+}
+
+/* Up to BLOCK middles from column `col` on. */
+static void block_errors(const struct tile_row *r, const struct dx_lod_run *run,
+                         const struct reach *at, uint32_t col)
+{
+    const struct dx_terrain *t = r->lod->terrain;
+    const struct dx_plane *p = &t->published;
+    const bool wrap = t->tiling.wrap, leaf = run->h == 1 && run->kind <= DX_LOD_ALONG_COLUMN;
+    uint16_t *own = r->lod->own + (size_t)r->row * p->width;
+    uint32_t middle[BLOCK], corner[3][BLOCK], error[BLOCK];
+    const struct dx_row_middles m = {.middle = middle,
+                                     .end = {corner[0], corner[1]},
+                                     .apex = corner[at->w.apex ? 2 : 0],
+                                     .end_weight = {at->w.end[0], at->w.end[1]},
+                                     .apex_weight = at->w.apex,
+                                     .sigma = t->gates.row_sigma};
+    uint32_t unsure;
+
+    pick(middle, p, wrap, r->row, col, run->step);
+    for (int k = 0; k < (at->w.apex ? 3 : 2); k++)
+        pick(corner[k], p, wrap, at->row[k], (int64_t)col + at->shift[k], run->step);
+    unsure = t->gates.rows->errors(error, &m);
+    for (uint32_t k = 0; k < BLOCK && col < r->col1; k++, col += run->step) {
+        if (is_forced(r, col, leaf))
+            own[col] = DX_LOD_INFINITE;
+        else
+            own[col] = unsure >> k & 1 ? error_at(t, r->row, col, at) : (uint16_t)error[k];
+    }
+}
+
+/* Where all are: a run that cannot be is forced as a whole. */
+static bool rows_are_there(const struct reach *at, uint32_t height)
+{
+    return at->row[0] < height && at->row[1] < height && (!at->w.apex || at->row[2] < height);
+}
+
+/* Whether a run is long enough for blocks, and has what their loop takes. */
+static bool fits_blocks(const struct dx_lod *lod, const struct dx_lod_run *run)
+{
+    const struct dx_terrain *t = lod->terrain;
+    const uint64_t most = UINT64_C(1) << 36;
+
+    return run->step <= 8 && !lod->per_dexel && t->published.range_bytes == 2 &&
+           t->gates.sigma.a1 < most && t->gates.sigma.a2 < most;
+}
+
+static void error_run(const struct tile_row *r, const struct dx_lod_run *run)
+{
+    const struct dx_lod *lod = r->lod;
+    struct reach at;
+
+    if (fits_blocks(lod, run)) {
+        set_reach(&at, run, r->row, lod->weights + (size_t)r->row * DX_LOD_RUNS + run->slot);
+        if (rows_are_there(&at, lod->terrain->tiling.height)) {
+            for (uint32_t col = run->first; col < r->col1; col += BLOCK * run->step)
+                block_errors(r, run, &at, col);
+            return;
+        }
+    }
+    run_errors(r, run);
+}
+
+/* ---- a rectangle ----------------------------------------------------------------------------- */
 
 void dx_lod_own_errors(const struct dx_lod *lod, const struct dx_lod_rect *rect)
 {
@@ -157,11 +258,11 @@ void dx_lod_own_errors(const struct dx_lod *lod, const struct dx_lod_rect *rect)
     for (uint32_t row = rect->row0; row < rect->row1; row++) {
         struct dx_lod_run run[DX_LOD_RUNS];
         const unsigned n = dx_lod_runs(run, row, rect->col0);
-        struct gaps gaps;
+        struct tile_row r = {.lod = lod, .row = row, .col0 = rect->col0, .col1 = rect->col1};
 
-        find_gaps(gaps.above, lod->terrain, (int64_t)row - 1, tile_col);
-        find_gaps(gaps.below, lod->terrain, row, tile_col);
+        find_gaps(r.gaps.above, lod->terrain, (int64_t)row - 1, tile_col);
+        find_gaps(r.gaps.below, lod->terrain, row, tile_col);
         for (unsigned k = 0; k < n; k++)
-            error_run(lod, &run[k], row, rect->col1, &gaps, rect->col0);
+            error_run(&r, &run[k]);
     }
 }

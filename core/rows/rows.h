@@ -121,6 +121,17 @@ struct dx_row_filters {
                                const struct dx_row_hold *hold);
 };
 
+#define DX_ROWS_MIDDLES      16
+#define DX_ROWS_LEAST_MIDDLE 64
+
+/* 16-bit ranges of DX_ROWS_MIDDLES hypotenuse middles, of the ends, and of right angles (any that
+ * is there, where they have no weight); weights * 2^22; sigma's factors are below 2^36. */
+struct dx_row_middles {
+    const uint32_t *middle, *end[2], *apex;
+    double end_weight[2], apex_weight;
+    struct dx_row_sigma sigma;
+};
+
 /* The loops for 16-bit ranges with f32, or for 32-bit ones with f64. */
 struct dx_row_bends {
     /* 2^40 / r of DX_ROWS_CORNERS ranges; infinite for r below 16, which integers take for missing;
@@ -308,6 +319,13 @@ struct dx_rows {
     void (*octahedral)(int8_t *out, const struct dx_row_points *sum, dx_bits used, bool flip);
 
     struct dx_row_filters filters;
+
+    /* ---- levels of detail ---- */
+
+    /* Errors of middles in 1/16 sigma (lod_error.c), infinite where a range is nearer than
+     * DX_ROWS_LEAST_MIDDLE. Which ones are unsure: ask integers. */
+    uint32_t (*errors)(uint32_t *error, const struct dx_row_middles *m);
+
     struct dx_smoother smoother;
 };
 

@@ -48,6 +48,7 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
 #include "core/rows/rows_words.h"
 
 #include "core/rows/rows_filters.h"
+#include "core/rows/rows_lod.h"
 #include "core/rows/rows_wire.h"
 
 #include "core/rows/rows_normals.h"
@@ -82,5 +83,5 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .spin = spin_row, .emit = emit_row, .keep = keep_row, .keep16 = keep16_row,                \
         .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row, .unit = unit_row,          \
         .cap = cap_row, .add_cells = add_cells_row, .octahedral = octahedral_row,                  \
-        .filters = FILTERS, .smoother = DX_SMOOTHER,                                               \
+        .filters = FILTERS, .errors = errors_row, .smoother = DX_SMOOTHER,                         \
     }
