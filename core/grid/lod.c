@@ -11,8 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SERIAL_H 8 /* passes of so few dexels are not worth waking the pool */
-
 static size_t tile_words(const struct dx_lod *lod)
 {
     return dx_tiling_n_tiles(&lod->terrain->tiling) / 64 + 1;
@@ -166,111 +164,8 @@ static void compute_own(struct dx_lod *lod, struct dx_pool *pool)
     dx_pool_run_tiles(pool, n, own_task, lod);
 }
 
-/* ---- up the lattice -------------------------------------------------------------------------- */
+/* ---- update ---------------------------------------------------------------------------------- */
 
-/* Rows with the errors of those whose parent a middle is; NULL outside the grid. Along a row or
- * column they are at the four corners `step` away, else at the ends of a cross. */
-struct children {
-    const uint16_t *up, *here, *down;
-    int32_t step;
-    bool cross;
-};
-
-static struct children children_of(const struct dx_lod *lod, const struct dx_lod_run *run,
-                                   uint32_t row)
-{
-    const struct dx_tiling *t = &lod->terrain->tiling;
-    const bool cross = run->kind >= DX_LOD_MAIN;
-    const int32_t step = cross ? run->h : run->h / 2;
-    const uint16_t *here = lod->error + (size_t)row * t->width;
-    const size_t rows = (size_t)step * t->width;
-
-    return (struct children){.up = row >= (uint32_t)step ? here - rows : NULL,
-                             .here = here,
-                             .down = row + (uint32_t)step < t->height ? here + rows : NULL,
-                             .step = step,
-                             .cross = cross};
-}
-
-static uint16_t larger(uint16_t a, uint16_t b)
-{
-    return a > b ? a : b;
-}
-
-/* NULL: none of them is in the grid. */
-static uint16_t at(const uint16_t *row, int64_t col)
-{
-    return row && col >= 0 ? row[col] : 0;
-}
-
-/* The largest error of a middle's children. Of a middle that is not forced: a cross is in the grid.
- */
-static uint16_t most_of(const struct children *c, const struct dx_tiling *t, uint32_t col)
-{
-    int64_t left = (int64_t)col - c->step, right = (int64_t)col + c->step;
-
-    left += left < 0 && t->wrap ? t->width : 0;
-    right = right < t->width ? right : t->wrap ? right - t->width : -1;
-    if (c->cross)
-        return larger(larger(at(c->up, col), at(c->down, col)),
-                      larger(at(c->here, left), at(c->here, right)));
-    return larger(larger(at(c->up, left), at(c->up, right)),
-                  larger(at(c->down, left), at(c->down, right)));
-}
-
-/* Who is cut otherwise when a dexel's error changes. */
-static uint16_t recut_by(const struct dx_lod *lod, uint16_t was, uint16_t is, uint32_t h,
-                         unsigned borders)
-{
-    unsigned flags = 0;
-
-    for (unsigned s = 0; s < DX_LOD_SLOTS; s++)
-        if (dx_lod_is_active(lod->level[s], was, h) != dx_lod_is_active(lod->level[s], is, h))
-            flags |= (DX_LOD_RECUT_HERE | borders) << 4 * s;
-    return (uint16_t)flags;
-}
-
-static void raise_run(struct dx_lod *lod, uint32_t tile, const struct dx_lod_run *run, uint32_t row,
-                      const struct dx_lod_rect *rect)
-{
-    const struct dx_tiling *t = &lod->terrain->tiling;
-    const struct children children = children_of(lod, run, row);
-    const uint16_t *own = lod->own + (size_t)row * t->width;
-    uint16_t *error = lod->error + (size_t)row * t->width;
-
-    for (uint32_t col = run->first; col < rect->col1; col += run->step) {
-        uint16_t most = own[col];
-
-        if (children.step && most != DX_LOD_INFINITE)
-            most = larger(most, most_of(&children, t, col));
-        if (most == error[col])
-            continue;
-        lod->recut[tile] |= recut_by(lod, error[col], most, (uint32_t)run->h,
-                                     (row == rect->row0 ? DX_LOD_RECUT_ABOVE : 0) |
-                                         (col == rect->col0 ? DX_LOD_RECUT_LEFT : 0));
-        error[col] = most;
-    }
-}
-
-static void raise_task(void *ctx, uint32_t task, unsigned thread)
-{
-    struct dx_lod *lod = ctx;
-    const uint32_t tile = lod->task[task];
-    const struct dx_lod_rect rect = dx_lod_own_rect(lod, tile);
-
-    (void)thread;
-    for (uint32_t row = rect.row0; row < rect.row1; row += lod->level_h) {
-        struct dx_lod_run run[DX_LOD_RUNS];
-        const unsigned n = dx_lod_runs(run, row, rect.col0);
-
-        for (unsigned k = 0; k < n; k++)
-            if (run[k].h == (int32_t)lod->level_h &&
-                (run[k].kind >= DX_LOD_MAIN) == lod->level_diagonal)
-                raise_run(lod, tile, &run[k], row, &rect);
-    }
-}
-
-/* Each pass reads what the one before it has written, in neighbouring tiles too. */
 static void raise_all(struct dx_lod *lod, struct dx_pool *pool)
 {
     uint32_t n = 0;
@@ -278,17 +173,8 @@ static void raise_all(struct dx_lod *lod, struct dx_pool *pool)
     for (uint32_t tile = 0; tile < dx_tiling_n_tiles(&lod->terrain->tiling); tile++)
         if (is_near(lod, tile))
             lod->task[n++] = tile;
-    for (lod->level_h = 1; lod->level_h < DX_TILE_CELLS; lod->level_h *= 2) {
-        struct dx_pool *on = lod->level_h < SERIAL_H ? pool : NULL;
-
-        lod->level_diagonal = false;
-        dx_pool_run(on, n, raise_task, lod);
-        lod->level_diagonal = true;
-        dx_pool_run(on, n, raise_task, lod);
-    }
+    dx_lod_raise(lod, n, pool);
 }
-
-/* ---- update ---------------------------------------------------------------------------------- */
 
 static void mark(uint64_t *bits, uint32_t tile)
 {

@@ -129,7 +129,24 @@ struct tile_row {
     const struct dx_lod *lod;
     uint32_t row, col0, col1;
     struct gaps gaps;
+    bool has_gaps, has_forced;
 };
+
+/* A tile begins with a word of its own. */
+static void look_at_row(struct tile_row *r)
+{
+    const struct dx_lod *lod = r->lod;
+    const uint64_t *word = lod->forced + r->row * lod->row_words;
+    const uint32_t tile_col = r->col0 / DX_TILE_CELLS;
+    uint8_t some = 0;
+
+    find_gaps(r->gaps.above, lod->terrain, (int64_t)r->row - 1, tile_col);
+    find_gaps(r->gaps.below, lod->terrain, r->row, tile_col);
+    for (uint32_t j = 0; j < DX_TILE_CELLS + 2; j++)
+        some |= r->gaps.above[j] | r->gaps.below[j];
+    r->has_gaps = some;
+    r->has_forced = word[r->col0 / 64] || word[(r->col1 - 1) / 64];
+}
 
 /* Whether a middle is always active: for its place, or, the last on its cells, for gaps beside. */
 static bool is_forced(const struct tile_row *r, uint32_t col, bool leaf)
@@ -195,6 +212,7 @@ static void block_errors(const struct tile_row *r, const struct dx_lod_run *run,
     const struct dx_terrain *t = r->lod->terrain;
     const struct dx_plane *p = &t->published;
     const bool wrap = t->tiling.wrap, leaf = run->h == 1 && run->kind <= DX_LOD_ALONG_COLUMN;
+    const bool any = r->has_forced || (leaf && r->has_gaps);
     uint16_t *own = r->lod->own + (size_t)r->row * p->width;
     uint32_t middle[BLOCK], corner[3][BLOCK], error[BLOCK];
     const struct dx_row_middles m = {.middle = middle,
@@ -210,10 +228,12 @@ static void block_errors(const struct tile_row *r, const struct dx_lod_run *run,
         pick(corner[k], p, wrap, at->row[k], (int64_t)col + at->shift[k], run->step);
     unsure = t->gates.rows->errors(error, &m);
     for (uint32_t k = 0; k < BLOCK && col < r->col1; k++, col += run->step) {
-        if (is_forced(r, col, leaf))
+        if (any && is_forced(r, col, leaf))
             own[col] = DX_LOD_INFINITE;
+        else if (unsure >> k & 1)
+            own[col] = error_at(t, r->row, col, at);
         else
-            own[col] = unsure >> k & 1 ? error_at(t, r->row, col, at) : (uint16_t)error[k];
+            own[col] = (uint16_t)error[k];
     }
 }
 
@@ -253,15 +273,12 @@ static void error_run(const struct tile_row *r, const struct dx_lod_run *run)
 
 void dx_lod_own_errors(const struct dx_lod *lod, const struct dx_lod_rect *rect)
 {
-    const uint32_t tile_col = rect->col0 / DX_TILE_CELLS;
-
     for (uint32_t row = rect->row0; row < rect->row1; row++) {
         struct dx_lod_run run[DX_LOD_RUNS];
         const unsigned n = dx_lod_runs(run, row, rect->col0);
         struct tile_row r = {.lod = lod, .row = row, .col0 = rect->col0, .col1 = rect->col1};
 
-        find_gaps(r.gaps.above, lod->terrain, (int64_t)row - 1, tile_col);
-        find_gaps(r.gaps.below, lod->terrain, row, tile_col);
+        look_at_row(&r);
         for (unsigned k = 0; k < n; k++)
             error_run(&r, &run[k]);
     }

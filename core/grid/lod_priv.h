@@ -118,6 +118,9 @@ static inline bool dx_lod_is_active(struct dx_lod_level level, uint16_t error, u
 /* lod_tables.c: weights, forced. */
 int dx_lod_tables_init(struct dx_lod *lod, struct dx_pool *pool);
 
+/* lod_raise.c: `error` of the tiles of the first `n_tasks` tasks, and who is cut otherwise. */
+void dx_lod_raise(struct dx_lod *lod, uint32_t n_tasks, struct dx_pool *pool);
+
 /* lod_error.c: `own` of a rectangle inside one tile's own. */
 void dx_lod_own_errors(const struct dx_lod *lod, const struct dx_lod_rect *rect);
 

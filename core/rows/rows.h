@@ -124,6 +124,24 @@ struct dx_row_filters {
 #define DX_ROWS_MIDDLES      16
 #define DX_ROWS_LEAST_MIDDLE 64
 
+#define DX_ROWS_FINEST       80 /* 64 columns, or 65 in a last tile, and one more; whole vectors */
+#define DX_ROWS_SLOTS        4
+
+/* Own errors of a row of n middles and of the one behind, and where the row has diagonals, at odd
+ * columns, of those above and below; bounds of levels. */
+struct dx_row_finest {
+    uint32_t n;
+    bool diagonals;
+    uint16_t own[DX_ROWS_FINEST], up[DX_ROWS_FINEST], down[DX_ROWS_FINEST];
+    uint16_t bound[DX_ROWS_SLOTS];
+};
+
+/* Bits by slot: whether a middle's error has passed the bound, either way; whether the first
+ * column's has. */
+struct dx_row_flips {
+    unsigned any, first;
+};
+
 /* 16-bit ranges of DX_ROWS_MIDDLES hypotenuse middles, of the ends, and of right angles (any that
  * is there, where they have no weight); weights * 2^22; sigma's factors are below 2^36. */
 struct dx_row_middles {
@@ -325,6 +343,9 @@ struct dx_rows {
     /* Errors of middles in 1/16 sigma (lod_error.c), infinite where a range is nearer than
      * DX_ROWS_LEAST_MIDDLE. Which ones are unsure: ask integers. */
     uint32_t (*errors)(uint32_t *error, const struct dx_row_middles *m);
+
+    /* Errors of the finest middles of a row (h = 1); the others at even columns stay. */
+    struct dx_row_flips (*raise)(uint16_t error[DX_ROWS_FINEST], const struct dx_row_finest *f);
 
     struct dx_smoother smoother;
 };

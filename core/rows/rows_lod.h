@@ -66,3 +66,32 @@ static uint32_t errors_row(uint32_t *restrict error, const struct dx_row_middles
     }
     return (uint32_t)pack32(unsure, DX_ROWS_MIDDLES);
 }
+
+/* Rows without diagonals have their middles at odd columns, the others at all. */
+static struct dx_row_flips raise_row(uint16_t *restrict error, const struct dx_row_finest *f)
+{
+    const uint16_t *own = f->own, *up = f->up, *down = f->down;
+    const uint16_t n = (uint16_t)f->n, cross = f->diagonals ? UINT16_MAX : 0;
+    uint16_t beside[DX_ROWS_FINEST] = {0}, raised[DX_ROWS_FINEST], flips[DX_ROWS_FINEST] = {0};
+    unsigned any = 0;
+
+    for (uint32_t j = 1; j < DX_ROWS_FINEST - 1; j++)
+        beside[j] = max16(own[j - 1], own[j + 1]);
+    for (uint16_t j = 0; j < DX_ROWS_FINEST; j++) {
+        const uint16_t odd = j & 1 ? UINT16_MAX : 0, most = max16(max16(up[j], down[j]), beside[j]);
+        const uint16_t mine = max16(own[j], most & cross & odd);
+
+        raised[j] = (odd | cross) && j < n ? mine : error[j];
+    }
+    for (int s = 0; s < DX_ROWS_SLOTS; s++)
+        for (uint32_t j = 0; j < DX_ROWS_FINEST; j++) {
+            const uint16_t was = error[j] > f->bound[s], is = raised[j] > f->bound[s];
+
+            flips[j] |= (uint16_t)((was ^ is) << s);
+        }
+    for (uint32_t j = 0; j < DX_ROWS_FINEST; j++) {
+        error[j] = raised[j];
+        any |= flips[j];
+    }
+    return (struct dx_row_flips){any, flips[0]};
+}

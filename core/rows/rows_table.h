@@ -83,5 +83,5 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .spin = spin_row, .emit = emit_row, .keep = keep_row, .keep16 = keep16_row,                \
         .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row, .unit = unit_row,          \
         .cap = cap_row, .add_cells = add_cells_row, .octahedral = octahedral_row,                  \
-        .filters = FILTERS, .errors = errors_row, .smoother = DX_SMOOTHER,                         \
+        .filters = FILTERS, .errors = errors_row, .raise = raise_row, .smoother = DX_SMOOTHER,     \
     }
