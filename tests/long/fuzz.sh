@@ -14,9 +14,10 @@ set -- $targets
 seconds=${FUZZ_SECONDS:-20}
 [ -z "${FUZZ_TOTAL:-}" ] || seconds=$((FUZZ_TOTAL / $# > 0 ? FUZZ_TOTAL / $# : 1))
 findings=0
+export LC_ALL=C # logs hold bytes of inputs
 
 # The last number behind a word of the log.
-number() { grep -o "$1 *[0-9][0-9]*" "$2" | tail -1 | grep -o '[0-9]*$'; }
+number() { grep -ao "$1 *[0-9][0-9]*" "$2" | tail -1 | grep -o '[0-9]*$'; }
 
 # The fuzzer's own exit status is 77 at a crash, which would be a skipped test here.
 finding() {
