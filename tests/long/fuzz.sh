@@ -28,10 +28,11 @@ finding() {
 }
 
 for name; do
-  grown=$B/fuzz/corpus-$name log=$B/fuzz/$name.log
+  grown=$B/fuzz/corpus-$name log=$B/fuzz/$name.log words=tests/fuzz/$name.dict
   mkdir -p "$grown"
+  [ -e "$words" ] || words=
   if "$B/fuzz/fuzz_$name" -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -print_final_stats=1 \
-    -artifact_prefix="$B/fuzz/$name-" "$grown" "tests/fuzz/corpus/$name" >"$log" 2>&1; then
+    ${words:+-dict="$words"} -artifact_prefix="$B/fuzz/$name-" "$grown" "tests/fuzz/corpus/$name" >"$log" 2>&1; then
     echo "fuzz_$name: $(number stat::number_of_executed_units: "$log") runs, cov $(number cov: "$log")," \
       "ft $(number ft: "$log"), slowest $(number stat::slowest_unit_time_sec: "$log") s"
   else
