@@ -24,7 +24,6 @@
 struct server_rig {
     struct fixture fx;
     struct mesher mesher;
-    int log_fd;
     bool is_up, has_ended; /* ended: its loop runs no more */
 };
 
@@ -35,30 +34,31 @@ static inline void rig_kick(void *ctx)
     (void)ctx; /* each turn asks the mesher */
 }
 
-static inline void rig_listen(int *fd, struct sockaddr_un *addr, const char *path)
+/* A journal that nobody reads: soon full, and then the lines are gone. */
+static inline void rig_journal(const char *path)
 {
-    *addr = (struct sockaddr_un){.sun_family = AF_UNIX};
-    MUST(strlen(path) < sizeof(addr->sun_path));
-    strcpy(addr->sun_path, path);
-    *fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    MUST(*fd >= 0 && bind(*fd, (struct sockaddr *)addr, sizeof(*addr)) == 0);
+    struct sockaddr_un addr = {.sun_family = AF_UNIX};
+    int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+
+    MUST(fd >= 0 && strlen(path) < sizeof(addr.sun_path));
+    strcpy(addr.sun_path, path);
+    MUST(bind(fd, (struct sockaddr *)&addr, sizeof(addr)) == 0);
+    dx_log_to_journal(path);
+    dx_log_set_level(LOG_DEBUG);
 }
 
-/* Once: the folder, and in it a journal that nobody reads. */
+/* Once: the folder of the sockets. */
 static inline void rig_init(void)
 {
     static char log_path[108];
     struct fixture *fx = &rig.fx;
-    struct sockaddr_un addr;
 
     strcpy(fx->dir, "/tmp/dexeld-fuzz-XXXXXX");
     MUST(mkdtemp(fx->dir));
     snprintf(fx->mesh, sizeof(fx->mesh), "%s/mesh.sock", fx->dir);
     snprintf(fx->control, sizeof(fx->control), "%s/control.sock", fx->dir);
     snprintf(log_path, sizeof(log_path), "%s/log.sock", fx->dir);
-    rig_listen(&rig.log_fd, &addr, log_path);
-    dx_log_to_journal(log_path);
-    dx_log_set_level(LOG_DEBUG);
+    rig_journal(log_path);
 }
 
 static inline void rig_down(void)
