@@ -247,7 +247,7 @@ fuzz:
 	  SAN='-fsanitize=fuzzer-no-link,$(FUZZ_SAN)' fuzz-targets
 fuzz-targets: $(FUZZ)
 $(B)/fuzz_%: $(B)/obj/tests/fuzz/fuzz_%.o $(LIBS)
-	$(Q)$(CC) $(ALL_LDFLAGS) -fsanitize=fuzzer -o $@ $< $(LIBS) $(PKG_LIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -fsanitize=fuzzer -o $@ $< $(LIBS) $(PKG_LIBS) -lcmocka
 
 bench: all
 	$(B)/bin/dexel bench --size all --threads 1,2

@@ -12,6 +12,7 @@
 
 struct sum {
     const struct dx_info_options *o;
+    struct dx_file_list list;
     const struct dx_driver *driver; /* of the first file that has one */
     uint64_t bytes, n_messages, start, end, n_damaged;
     json_t *channels;   /* by topic, in the order of their coming */
@@ -211,7 +212,7 @@ static void decode_each(json_t *out, const struct sum *s)
     {
         json_t *alone = json_object();
 
-        dx_info_decode(alone, s->driver, json_string_value(json_object_get(told, "file")));
+        dx_info_decode(alone, s->driver, s->list.paths[k]); /* "file" is none where not UTF-8 */
         copy(told, alone, "frames");
         n += get(alone, "frames");
         json_decref(alone);
@@ -251,8 +252,7 @@ static int folder_tell(json_t *out, const char *path, const struct dx_info_optio
                        struct dx_err *err)
 {
     struct sum s = {.o = o};
-    struct dx_file_list list;
-    int rc = dx_file_list_init(&list, path, err);
+    int rc = dx_file_list_init(&s.list, path, err);
 
     if (rc)
         return rc;
@@ -260,14 +260,14 @@ static int folder_tell(json_t *out, const char *path, const struct dx_info_optio
     s.recordings = json_array();
     s.damage = json_array();
     json_object_set_new(out, "format", json_string("MCAP"));
-    set(out, "files", list.n);
-    for (size_t k = 0; k < list.n; k++)
-        add_file(&s, list.paths[k]);
+    set(out, "files", s.list.n);
+    for (size_t k = 0; k < s.list.n; k++)
+        add_file(&s, s.list.paths[k]);
     tell_sum(out, &s);
     if (!o->quick)
         tell_frames(out, &s, path);
     dx_info_sound(out, s.n_damaged, s.damage, o);
-    dx_file_list_fini(&list);
+    dx_file_list_fini(&s.list);
     return 0;
 }
 

@@ -1,8 +1,10 @@
 /*
  * What a recording holds, from bytes: pieces of blocks and geometries. What is accepted comes out
- * as the same bytes again (a geometry's, but for its flags, which are read as yes or no).
+ * as the same bytes again (a geometry's, but for its flags, which are read as yes or no). And as a
+ * row of pieces, each after its length (2), put together to blocks.
  */
-#include "drivers/file/recording.h"
+#include "core/base/bytes.h"
+#include "drivers/file/recording_join.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -39,9 +41,41 @@ static void try_geometry(const uint8_t *bytes, size_t len)
     dx_geometry_unref(g);
 }
 
+static void check_block(struct dx_recording_join *join)
+{
+    const struct dx_block block = dx_recording_joined(join);
+    volatile uint8_t sum = 0;
+
+    if (block.len != join->first.block_len || strlen(block.source) > DX_RECORDING_MAX_SOURCE)
+        abort();
+    for (size_t k = 0; k < block.len; k++)
+        sum = (uint8_t)(sum + block.bytes[k]);
+}
+
+static void try_join(const uint8_t *bytes, size_t len)
+{
+    struct dx_recording_join join = {0};
+
+    while (len >= 2) {
+        size_t piece_len = dx_get_u16(bytes);
+        struct dx_recording_piece p;
+
+        bytes += 2;
+        len -= 2;
+        piece_len = piece_len < len ? piece_len : len;
+        if (dx_recording_get_piece(&p, bytes, piece_len) == 0 &&
+            dx_recording_join_take(&join, &p, len % 2) == 1)
+            check_block(&join);
+        bytes += piece_len;
+        len -= piece_len;
+    }
+    dx_recording_join_fini(&join);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t len)
 {
     try_piece(bytes, len);
     try_geometry(bytes, len);
+    try_join(bytes, len);
     return 0;
 }

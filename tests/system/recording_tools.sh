@@ -111,6 +111,10 @@ says '^damage 1$' out
 mkdir alone && cp many/3.mcap alone
 expect 1 "$dexel" info alone --json
 says '"damage": \[\{"file": "alone/3.mcap", "damaged": 1' out
+# a name that is no UTF-8, of one that is decoded alone
+mkdir odd && cp many/2.mcap odd && cp box.mcap "$(printf 'odd/\377.mcap')"
+expect 1 "$dexel" info odd --json
+says '"frames": 8, "sound": false' out
 
 # a configuration that nothing decodes, in a file that is whole
 expect 1 "$dexel" info many/2.mcap --json
