@@ -296,8 +296,7 @@ void dx_config_value_print(const struct dx_config_key *key, const void *base, FI
         break;
     case DX_CONFIG_NAME:
     case DX_CONFIG_PATH:
-        memcpy(&at, at, sizeof(at));
-        print_text(out, at);
+        print_text(out, *(char *const *)at);
         break;
     case DX_CONFIG_MAP:
     case DX_CONFIG_DRIVER:

@@ -87,8 +87,8 @@ void dx_server_free_streams(struct dx_server *s);
     do {                                                                                           \
         struct dx_log_about was = dx_log_about(dx_subscriber_about(s));                            \
         dx_log_at(level, "server", "client %llu (pid %d uid %u): " fmt,                            \
-                  (unsigned long long)(s)->number, (int)(s)->cred.pid,                             \
-                  (unsigned)(s)->cred.uid __VA_OPT__(, ) __VA_ARGS__);                             \
+                  (unsigned long long)(s)->number, (int)(s)->cred.pid, (unsigned)(s)->cred.uid,    \
+                  ##__VA_ARGS__);                                                                  \
         dx_log_about(was);                                                                         \
     } while (0)
 

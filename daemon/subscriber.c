@@ -246,7 +246,7 @@ static void on_hello(struct dx_subscriber *s, const uint8_t *body, size_t len)
     }
     if (m.major != DX_WIRE_MAJOR) {
         snprintf(text, sizeof(text),
-                 "found protocol %u.%u, expected %u.x: take a client of that version", m.major,
+                 "found protocol %u.%u, expected %d.x: take a client of that version", m.major,
                  m.minor, DX_WIRE_MAJOR);
         refuse(s, DX_WIRE_E_VERSION, text);
         return;

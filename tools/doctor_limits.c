@@ -112,9 +112,9 @@ void dx_doctor_limits(struct dx_doctor *d)
                        *d->pid ? "the service" : "a program of this shell", has, max_clients,
                        d->config.n_streams, need);
     else
-        dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s may have %s open files, %lu are needed",
-                       *d->pid ? "the service" : "a program of this shell", strtok(line, " "),
-                       need);
+        dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s may have %.*s open files, %lu are needed",
+                       *d->pid ? "the service" : "a program of this shell", (int)strcspn(line, " "),
+                       line, need);
 }
 
 /* ---- processors -------------------------------------------------------------------------------

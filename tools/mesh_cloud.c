@@ -212,6 +212,8 @@ static int run_mode(const struct dx_mesh_cloud_args *a, struct dx_mesh_job *job,
         rc = finish(a, job, t, err);
     json_decref(job->stats);
     dx_cloud_mesh_fini(&mesh);
+    job->mesh = NULL;
+    job->stats = NULL;
     return rc;
 }
 

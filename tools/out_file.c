@@ -8,6 +8,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+static int open_or_errno(const char *path, int flags)
+{
+    int fd = open(path, flags | O_CLOEXEC, 0666);
+
+    if (fd < 0)
+        return -errno;
+    return fd;
+}
+
 static int open_temp(struct dx_out_file *f)
 {
     int fd;
@@ -17,13 +26,13 @@ static int open_temp(struct dx_out_file *f)
             f->temp = NULL;
             return -ENOMEM;
         }
-        fd = open(f->temp, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        fd = open_or_errno(f->temp, O_WRONLY | O_CREAT | O_EXCL);
         if (fd >= 0)
             return fd;
         free(f->temp);
         f->temp = NULL;
-        if (errno != EEXIST)
-            return -errno;
+        if (fd != -EEXIST)
+            return fd;
     }
     return -EEXIST;
 }
@@ -31,12 +40,10 @@ static int open_temp(struct dx_out_file *f)
 static int open_path(struct dx_out_file *f, const char *path)
 {
     struct stat st;
-    int fd;
 
     if (stat(path, &st) == 0 && !S_ISREG(st.st_mode)) {
         f->path = strdup(path);
-        fd = open(path, O_WRONLY | O_CLOEXEC);
-        return fd >= 0 ? fd : -errno;
+        return f->path ? open_or_errno(path, O_WRONLY) : -ENOMEM;
     }
     /* A link stays a link: what it names is replaced. */
     f->path = realpath(path, NULL);

@@ -88,11 +88,12 @@ static int find_all_rough(struct dx_quality_rig *rig)
 {
     const struct dx_geometry *g = rig->geometry;
     double(*rows)[3] = malloc(2 * ((size_t)g->width + 1) * sizeof(*rows));
-    struct directions d = {{rows, rows + g->width + 1}};
+    struct directions d;
     struct dx_world w;
 
     if (!rows)
         return -ENOMEM;
+    d = (struct directions){{rows, rows + g->width + 1}};
     dx_world_init(&w, &rig->scene, 0);
     fill_directions(d.row[0], g, 0);
     for (uint32_t i = 0; i < g->height; i++) {

@@ -378,12 +378,13 @@ static void put_head(struct canvas *v, const json_t *now, const json_t *before)
     char line[CELL_LEN * 2], up[CELL_LEN], memory[CELL_LEN], used[32] = "-", clock[16];
     double share = rate(&process, &cpu);
     time_t t = time(NULL);
+    struct tm day;
 
     print_span(up, dx_status_number(now, "uptime_s", NULL));
     print_bytes(memory, dx_status_number(now, "rss_bytes", NULL));
     if (!isnan(share))
         snprintf(used, sizeof(used), "%.0f %%", 100 * share);
-    strftime(clock, sizeof(clock), "%H:%M:%S", localtime(&t));
+    strftime(clock, sizeof(clock), "%H:%M:%S", localtime_r(&t, &day));
     snprintf(line, sizeof(line),
              "dexeld %.32s  up %.16s  memory %.16s  cpu %s  clients %zu  %s  q quits",
              dx_status_text(now, "version"), up, memory, used,

@@ -119,15 +119,20 @@ static int reserve(struct tree *t, uint32_t n)
 {
     if (n > t->cap) {
         const uint32_t cap = n + n / 2;
-        struct cell *cell = realloc(t->cell, cap * sizeof(*cell));
-        struct cell *next = realloc(t->next, cap * sizeof(*next));
-        uint32_t *todo = realloc(t->todo, cap * sizeof(*todo));
+        struct cell *cell = realloc(t->cell, cap * sizeof(*cell)), *next;
+        uint32_t *todo;
 
-        t->cell = cell ? cell : t->cell;
-        t->next = next ? next : t->next;
-        t->todo = todo ? todo : t->todo;
-        if (!cell || !next || !todo)
+        if (!cell)
             return -ENOMEM;
+        t->cell = cell;
+        next = realloc(t->next, cap * sizeof(*next));
+        if (!next)
+            return -ENOMEM;
+        t->next = next;
+        todo = realloc(t->todo, cap * sizeof(*todo));
+        if (!todo)
+            return -ENOMEM;
+        t->todo = todo;
         t->cap = cap;
     }
     return 0;
@@ -136,7 +141,7 @@ static int reserve(struct tree *t, uint32_t n)
 /* The next level: halves in the place of what was cut. */
 static int descend(struct tree *t)
 {
-    struct cell *held = t->cell;
+    struct cell *held;
     uint32_t n = 0;
 
     if (reserve(t, t->n + t->n_todo) < 0)

@@ -102,7 +102,7 @@ static uint32_t collect(struct candidate *out, const struct dx_grow_run *run, co
     uint32_t n = 0;
 
     for (uint32_t i = 0; i < 2 * k; i++) {
-        const uint32_t t = dx_neighbours_of(run->nb, i < k ? e->u : e->v)[i % k];
+        const uint32_t t = dx_neighbours_of(run->nb, i < k ? e->u : e->v)[i < k ? i : i - k];
         bool seen = t == e->u || t == e->v || t == e->s;
 
         for (uint32_t j = 0; j < n && !seen; j++)
@@ -176,15 +176,16 @@ uint32_t dx_grow_point(const struct dx_grow_run *run, uint32_t b, uint32_t *corn
     dx_grow_face_normal(e.normal, run, e.v, e.u, e.s);
     e.reach = dx_grow_reach(run, e.u, e.v);
     n = collect(c, run, &e);
-    for (uint32_t left = n; left > 0; left--) {
-        const struct candidate *best = NULL;
+    for (;;) {
+        struct candidate *best = NULL;
 
         for (uint32_t k = 0; k < n; k++)
             if (!c[k].gone && (!best || is_better(&c[k], best)))
                 best = &c[k];
+        if (!best)
+            return NONE;
         if (!covers_any(run, &e, best->t, c, n) && may_join(run, &e, best->t, corner))
             return best->t;
-        c[best - c].gone = true;
+        best->gone = true;
     }
-    return NONE;
 }

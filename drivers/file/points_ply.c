@@ -294,12 +294,12 @@ static int check_len(const struct ply *s)
     return 0;
 }
 
-int dx_triangles_ply_parse(struct dx_triangle_list *triangles, struct dx_point_list *list,
+int dx_triangles_ply_parse(struct dx_triangle_list *list, struct dx_point_list *points,
                            const uint8_t *bytes, size_t len, struct dx_err *err)
 {
     struct ply s = {.vertex = -1,
                     .face = -1,
-                    .triangles = triangles,
+                    .triangles = list,
                     .c = dx_text_cursor_init(bytes, len, err),
                     .start = bytes};
     double xyz[3] = {NAN, NAN, NAN};
@@ -308,7 +308,7 @@ int dx_triangles_ply_parse(struct dx_triangle_list *triangles, struct dx_point_l
     if (rc >= 0)
         rc = check_len(&s);
     if (rc >= 0)
-        rc = dx_point_list_reserve(list, s.element[s.vertex].n, err);
+        rc = dx_point_list_reserve(points, s.element[s.vertex].n, err);
     if (rc < 0)
         return rc;
     s.r = dx_reader_init(s.c.p, (size_t)(s.c.end - s.c.p));
@@ -316,7 +316,7 @@ int dx_triangles_ply_parse(struct dx_triangle_list *triangles, struct dx_point_l
         for (uint32_t k = 0; k < s.element[e].n && s.element[e].n_properties; k++) {
             rc = take_element(&s, &s.element[e], xyz);
             if (rc == 0 && e == s.vertex)
-                rc = dx_point_list_add(list, xyz, err);
+                rc = dx_point_list_add(points, xyz, err);
             if (rc < 0)
                 return rc;
         }

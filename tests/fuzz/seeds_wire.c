@@ -33,7 +33,7 @@ static void save(const char *name, enum target target, const uint8_t *head, size
 
     snprintf(path, sizeof(path), "%s/%s", folder, name);
     f = fopen(path, "wb");
-    if (!f || fputc((int)target, f) == EOF || fwrite(head, 1, head_len, f) != head_len ||
+    if (!f || fputc((int)target, f) == EOF || (head && fwrite(head, 1, head_len, f) != head_len) ||
         fwrite(bytes, 1, len, f) != len || fclose(f) != 0) {
         perror(path);
         exit(1);

@@ -36,7 +36,9 @@ static inline struct scip_track *scip_track_map(const char *path, int flags)
                  flags & O_CREAT ? PROT_READ | PROT_WRITE : PROT_READ, MAP_SHARED, fd, 0);
     if (fd >= 0)
         close(fd);
-    return p == MAP_FAILED ? NULL : p;
+    if (p == MAP_FAILED)
+        return NULL;
+    return p;
 }
 
 static inline void scip_track_put(struct scip_track *track, uint64_t count, uint64_t host_ns)

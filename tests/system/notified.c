@@ -11,13 +11,14 @@
 int main(int argc, char **argv)
 {
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
-    int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    int fd;
     char message[4096];
     ssize_t n;
 
     if (argc != 2 || strlen(argv[1]) >= sizeof(addr.sun_path))
         return 2;
     strcpy(addr.sun_path, argv[1]);
+    fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0 || bind(fd, (struct sockaddr *)&addr, sizeof(addr)) < 0) {
         perror(argv[1]);
         return 1;

@@ -84,7 +84,7 @@ static void any_order_closes(void **state)
 
     (void)state;
     for (uint32_t n = 3; n <= 250; n += 13) {
-        uint32_t order[256], ring = 0, beside = 0;
+        uint32_t order[256] = {0}, ring = 0, beside = 0;
         struct dx_rings r;
 
         dx_rings_init(&r);
