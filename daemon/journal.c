@@ -62,16 +62,17 @@ static void build(struct datagram *d, const struct dx_journal_line *line)
     add(d, "MESSAGE", line->text);
 }
 
+/* Released with its number: a socket is used by no thread that has not seen it made. */
 static int journal_socket(void)
 {
     static _Atomic int kept = -1;
-    int fd = atomic_load_explicit(&kept, memory_order_relaxed), none = -1;
+    int fd = atomic_load_explicit(&kept, memory_order_acquire), none = -1;
 
     if (fd >= 0)
         return fd;
     fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd >= 0 && !atomic_compare_exchange_strong_explicit(&kept, &none, fd, memory_order_relaxed,
-                                                            memory_order_relaxed)) {
+    if (fd >= 0 && !atomic_compare_exchange_strong_explicit(&kept, &none, fd, memory_order_release,
+                                                            memory_order_acquire)) {
         close(fd); /* another thread was first */
         fd = none;
     }

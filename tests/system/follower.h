@@ -31,6 +31,7 @@ struct follower {
     enum dexel_mode mode;
     bool raw;       /* tiles are counted, not decoded: no digests */
     bool reconnect; /* it outlives the service */
+    bool may_fail;  /* an error ends it (`failed`), not the test */
     uint64_t *tile; /* hash of each tile held; 0: empty */
     uint32_t n_tiles, tile_cols;
     uint64_t digest;
@@ -41,7 +42,7 @@ struct follower {
     unsigned n_missed;      /* epochs */
     enum dexel_state state; /* told last */
     unsigned n_gone;        /* times that it was DEXEL_GONE */
-    bool ended;
+    bool ended, failed;
 };
 
 __attribute__((format(printf, 1, 2), noreturn)) static inline void die(const char *fmt, ...)
@@ -123,7 +124,7 @@ static inline int follower_on_state(void *user, enum dexel_state state, const ch
     return 0;
 }
 
-/* `f` is zeroed but for `name`, `mode`, `raw` and `reconnect`. */
+/* `f` is zeroed but for `name`, `mode`, `raw`, `reconnect` and `may_fail`. */
 static inline void follower_open(struct follower *f, const char *socket, const char *stream,
                                  enum dexel_encoding encoding)
 {
@@ -158,10 +159,11 @@ static inline const struct follower_commit *follower_at(const struct follower *f
     return epoch && c->commit.epoch == epoch ? c : NULL;
 }
 
-/* Handles what came for it; an error ends the test. */
+/* Handles what came for it. */
 static inline void follower_turn(struct follower *f)
 {
-    if (dexel_dispatch(f->d) < 0)
+    f->failed = dexel_dispatch(f->d) < 0;
+    if (f->failed && !f->may_fail)
         die("%s: %s", f->name, dexel_error(f->d));
 }
 
@@ -174,7 +176,7 @@ static inline bool followers_turn(struct follower *const *f, unsigned n, int als
     if (n >= sizeof(p) / sizeof(p[0]))
         die("too many followers");
     for (unsigned k = 0; k < n; k++)
-        p[k] = (struct pollfd){dexel_fd(f[k]->d), dexel_events(f[k]->d), 0};
+        p[k] = (struct pollfd){f[k]->failed ? -1 : dexel_fd(f[k]->d), dexel_events(f[k]->d), 0};
     p[n] = (struct pollfd){also, POLLIN, 0};
     if (poll(p, n + 1, FOLLOWER_SILENCE_MS) <= 0)
         die("%s: nothing from the service", f[0]->name);

@@ -47,11 +47,13 @@ const char *__tsan_default_suppressions(void)
 
 void mock_usb_wrap(char **argv)
 {
-    const char *preload = getenv("LD_PRELOAD");
+    const char *preload = getenv("LD_PRELOAD"), *asan = getenv("ASAN_OPTIONS");
+    char options[4096];
 
     if (preload && strstr(preload, "umockdev"))
         return;
-    setenv("ASAN_OPTIONS", "verify_asan_link_order=0", 0);
+    snprintf(options, sizeof(options), "%s:verify_asan_link_order=0", asan ? asan : "");
+    setenv("ASAN_OPTIONS", options, 1);
     execlp("umockdev-wrapper", "umockdev-wrapper", argv[0], (char *)NULL);
     printf("no umockdev-wrapper\n");
     exit(77);

@@ -62,6 +62,34 @@ static const char *received(void)
     return text;
 }
 
+static void *begin_beside(void *barrier)
+{
+    pthread_barrier_wait(barrier);
+    for (int k = 0; k < 4; k++) /* fewer than a site may in a second */
+        dx_log_info("mesher", "of another thread");
+    return NULL;
+}
+
+/* The socket is made by whose line is first. For the thread sanitizer, too: of the first test. */
+static void test_two_threads_begin(void **state)
+{
+    pthread_barrier_t barrier;
+    pthread_t thread;
+    int n = 0;
+
+    (void)state;
+    pthread_barrier_init(&barrier, NULL, 2);
+    assert_int_equal(pthread_create(&thread, NULL, begin_beside, &barrier), 0);
+    pthread_barrier_wait(&barrier);
+    for (int k = 0; k < 4; k++)
+        dx_log_info("reader", "of this thread");
+    pthread_join(thread, NULL);
+    pthread_barrier_destroy(&barrier);
+    while (*received())
+        n++;
+    assert_int_equal(n, 8);
+}
+
 static void test_fields(void **state)
 {
     (void)state;
@@ -178,6 +206,7 @@ static void test_a_journal_that_goes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_two_threads_begin, setup, teardown),
         cmocka_unit_test_setup_teardown(test_fields, setup, teardown),
         cmocka_unit_test_setup_teardown(test_about, setup, teardown),
         cmocka_unit_test_setup_teardown(test_about_is_a_threads_own, setup, teardown),
