@@ -157,6 +157,9 @@ $(B)/tests/test_steady: override LDFLAGS += $(COUNT_ALLOC)
 FAIL_ALLOC := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign,--wrap=strdup,--wrap=mmap
 $(B)/tests/test_out_of_memory: $(call obj,tests/unit/fail_alloc.c)
 $(B)/tests/test_out_of_memory: override LDFLAGS += $(FAIL_ALLOC)
+FAIL_SYSTEM := -Wl,--wrap=open,--wrap=eventfd,--wrap=socket,--wrap=listen,--wrap=accept4,--wrap=opendir,--wrap=open_memstream,--wrap=pthread_create
+$(B)/tests/test_out_of_descriptors: $(call obj,tests/unit/fail_system.c)
+$(B)/tests/test_out_of_descriptors: override LDFLAGS += $(FAIL_SYSTEM)
 # Tests on devices of umockdev. Objects that a test depends on are linked to it.
 UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
 UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)
@@ -236,7 +239,7 @@ tsan:
 
 # Lines that the tests run, of what is the service's; below 90 % of a room it fails. What a killed process ran is not counted.
 coverage:
-	@$(MAKE) --no-print-directory B=build/coverage OPT=-O1 SAN='--coverage -fprofile-update=atomic' \
+	@$(MAKE) --no-print-directory B=build/coverage OPT=-O1 SAN='--coverage -fprofile-update=atomic -DCOUNTS_LINES' \
 	  all check-unit check-system
 	@B=build/coverage sh tests/coverage.sh
 
