@@ -204,7 +204,8 @@ static inline long rss_kib(long pid)
     return kib;
 }
 
-/* Built with a sanitizer or to count lines, as the service then is, memory and speed are the build's. */
+/* Built with a sanitizer or to count lines, as the service then is, memory and speed are the
+ * build's. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(COUNTS_LINES)
 #define SANITIZED true
 #else
