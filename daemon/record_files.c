@@ -222,7 +222,8 @@ static unsigned remove_oldest(const struct dx_record_files *f, struct folder *d)
 {
     unsigned n_removed = 0;
 
-    qsort(d->found, d->n, sizeof(*d->found), older_first);
+    if (d->n)
+        qsort(d->found, d->n, sizeof(*d->found), older_first);
     for (size_t k = 0; k < d->n && d->len > f->keep_len; k++) {
         if (is_written(d, d->found[k].name) || unlinkat(d->fd, d->found[k].name, 0) != 0)
             continue;

@@ -115,7 +115,7 @@ int dx_cloud_mesh_make(struct dx_mesh *mesh, struct dx_cloud_mesh *m, const doub
         rc = dx_mesh_add_normals(mesh);
     if (rc == 0) {
         put_vertices(mesh, to, m->xyz ? m->xyz : xyz, n_points, write);
-        if (mesh->normal)
+        if (mesh->normal && m->normal)
             memcpy(mesh->normal, m->normal, 3 * n_points * sizeof(*m->normal));
         free(mesh->index);
         move_triangles(mesh, m, to);
