@@ -95,9 +95,9 @@ static int start(struct dx_probe *p)
     pthread_attr_setdetachstate(&attr, PTHREAD_CREATE_DETACHED);
     r = pthread_create(&thread, &attr, ask_drivers, p);
     pthread_attr_destroy(&attr);
-    if (r)
-        let_go(p);
     p->runs = r == 0;
+    if (r) /* not the last: the loop has its own */
+        atomic_fetch_sub_explicit(&p->refs, 1, memory_order_relaxed);
     return -r;
 }
 

@@ -168,6 +168,7 @@ static void retire(struct dx_mcap_iter *it, struct cursor *c)
     if (c->cap > it->spare.cap)
         swap(c, &it->spare);
     free(c->entries);
+    *c = (struct cursor){0};
 }
 
 /* ---- opening a part ---------------------------------------------------------------------------
