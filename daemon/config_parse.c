@@ -6,6 +6,7 @@
  */
 #include "daemon/config_parse.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -398,6 +399,7 @@ static int parse_streams(struct parse *p, const struct dx_config_key *key)
 
 static int parse_value(struct parse *p, const struct dx_config_key *key)
 {
+    assert(key);
     p->marks->of[p->place][key - dx_config_keys] = here(p);
     if (key->type == DX_CONFIG_STREAMS)
         return parse_streams(p, key);

@@ -14,7 +14,7 @@
 
 #include "daemon/reader.h"
 
-#define PRIORITY_FEED -10 /* adoption first: it frees chunks for the mesher */
+#define PRIORITY_FEED (-10) /* adoption first: it frees chunks for the mesher */
 
 void dx_server_count_subscriber(struct dx_server_stream *st, int by)
 {

@@ -15,7 +15,7 @@
 #define LOOK_NS   1000000000u
 #define NS_PER_US 1000u
 /* before everything else: only a loop that does not come back at all misses it */
-#define PRIORITY -20
+#define PRIORITY (-20)
 
 struct dx_watchdog {
     struct dx_server *server;

@@ -98,7 +98,7 @@ bool dx_tangent_of(struct dx_tangent *t, const struct dx_delaunay_run *run, uint
 /* To the nearest, halves away from 0. */
 static inline int32_t dx_round_flat(double x)
 {
-    const double most = DX_FLAT_MAX / 2;
+    const double most = DX_FLAT_MAX / 2.0;
 
     x = x < 0 ? x - 0.5 : x + 0.5;
     x = x > most ? most : x;

@@ -198,7 +198,7 @@ bool dx_project_set_plane(struct dx_project_run *run)
  * integer. */
 static int32_t flat(double x)
 {
-    const double most = DX_FLAT_MAX / 2;
+    const double most = DX_FLAT_MAX / 2.0;
     uint64_t bits;
 
     x = x > most ? most : x;

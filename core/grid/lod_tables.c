@@ -58,7 +58,7 @@ enum where { OUTSIDE, INSIDE, ASTRIDE };
 static enum where where_is(const struct dx_tiling *t, const struct corner c[3])
 {
     const bool even_seam = t->wrap && t->cell_cols % DX_TILE_CELLS == 0;
-    int64_t row0 = c[0].row, row1 = c[0].row, col0 = c[0].col, col1 = c[0].col;
+    int64_t row0 = c[0].row, row1 = row0, col0 = c[0].col, col1 = col0;
 
     for (int k = 1; k < 3; k++) {
         row0 = c[k].row < row0 ? c[k].row : row0;

@@ -134,7 +134,7 @@ static void take_columns(struct dx_xyz_frame *f, const struct column xyz[3],
 
     for (size_t k = 0; k < n; k++) {
         dx_xyz_frame_set(f, k, load(&xyz[0], k), load(&xyz[1], k), load(&xyz[2], k));
-        if (colour)
+        if (attr && colour)
             f->attr_room[k] = luminance((uint32_t)load_bits(attr, k));
         else if (attr)
             f->intensity[k] = to_intensity(load(attr, k));

@@ -91,7 +91,7 @@ static int read_point(struct dx_text_cursor *c, double v[MAX_FIELDS])
 static int read_points(struct dx_text_cursor *c, const struct ptx_header *h,
                        struct dx_xyz_frame *out)
 {
-    double v[MAX_FIELDS];
+    double v[MAX_FIELDS] = {0};
     int n_fields = 0;
 
     for (uint32_t col = 0; col < h->cols; col++)
@@ -129,11 +129,11 @@ static void set_pose(double pose[12], const double m[16])
 static bool ptx_probe(const uint8_t *bytes, size_t len)
 {
     struct dx_text_cursor c = dx_text_cursor_init(bytes, len, NULL);
-    uint32_t count;
+    uint32_t cols, rows;
     double v[3];
 
     dx_text_skip_blank_lines(&c);
-    return read_count(&c, &count, "") == 0 && read_count(&c, &count, "") == 0 &&
+    return read_count(&c, &cols, "") == 0 && read_count(&c, &rows, "") == 0 &&
            read_numbers(&c, v, 3, "") == 0;
 }
 
