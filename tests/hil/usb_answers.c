@@ -19,7 +19,7 @@ static int string_descriptor(const struct redir_device *device, unsigned index,
     s = device->strings[index - 1];
     if (!s)
         return -1;
-    for (n = 0; s[n] && n < 126; n++) {
+    for (n = 0; n < 126 && s[n]; n++) {
         text[2 + 2 * n] = (uint8_t)s[n];
         text[3 + 2 * n] = 0;
     }

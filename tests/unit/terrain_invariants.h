@@ -284,8 +284,9 @@ static inline uint64_t samples_inside(const struct flat *f, int64_t row, int64_t
     uint64_t inside = 0;
 
     for (int s = 0; s < 64; s++) {
-        const double y = (double)row + (s / 8 + 0.41421356) / 8;
-        const double x = (double)col + (s % 8 + 0.73205081) / 8;
+        const int part_row = s / 8, part_col = s % 8;
+        const double y = (double)row + (part_row + 0.41421356) / 8;
+        const double x = (double)col + (part_col + 0.73205081) / 8;
         int sides = 0;
 
         for (int m = 0; m < 3; m++) {

@@ -32,10 +32,11 @@ static void replays_a_file(void **state)
     assert_int_equal(k.part.n_cols, COLS);
     assert_true(k.part.last && k.part.frame == 0 && k.part.stamp.host_ns > 0);
     for (size_t n = 0; n < COLS * ROWS; n++) {
+        const size_t row = n / COLS;
+
         assert_int_equal(dx_plane_range(&k.plane, n),
                          (uint32_t)rint(5 / (double)k.geometry->unit_m));
-        assert_int_equal(dx_plane_attr(&k.plane, n),
-                         (uint32_t)rint((double)(n / COLS) / 4 * 65535));
+        assert_int_equal(dx_plane_attr(&k.plane, n), (uint32_t)rint((double)row / 4 * 65535));
     }
     assert_true(dx_file_fit_report(dev)->rms_dexel < 1e-3);
     dx_file_driver.describe(dev, text, sizeof(text));

@@ -198,7 +198,8 @@ static void normals_face_away(void **state)
     dx_cluster_defaults(&cluster);
     assert_int_equal(dx_surface_sample(&p, &c), 0);
     p.xyz[3 * 9] = NAN; /* left out */
-    memcpy(p.xyz + 3 * 12, p.xyz + 3 * 11, 3 * sizeof(double));
+    for (int k = 0; k < 3; k++)
+        p.xyz[3 * 12 + k] = p.xyz[3 * 11 + k];
     assert_int_equal(dx_stages_init(&s, p.xyz, p.n, NULL, NULL), 0);
     assert_int_equal(s.n, p.n - 2);
     assert_int_equal(dx_stages_smooth(&s, &scale, &stats, &smooth, NULL), 0);

@@ -39,7 +39,7 @@ static void assert_borders_agree(const struct dx_terrain *t)
         assert_true(tile.has_normals);
         dx_tile_mask(&tile, mask);
         for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
-            int8_t *s = seen[0];
+            int8_t *s;
 
             if (!(mask[k / 8] >> (k % 8) & 1))
                 continue;

@@ -175,8 +175,10 @@ static void what_is_seen_edge_on_is_left_out(void **state)
 
     (void)state;
     for (int turned = 0; turned < 64; turned++) {
-        assert_int_equal(
-            dx_geometry_new_spinning(&g, 2, 8, 0.1 * (turned / 8), -DX_PI / 4, -0.5, 0.5), 0);
+        const int tenths = turned / 8;
+
+        assert_int_equal(dx_geometry_new_spinning(&g, 2, 8, 0.1 * tenths, -DX_PI / 4, -0.5, 0.5),
+                         0);
         assert_int_equal(dx_plane_init(&p, 2, 8, 2, 0), 0);
         for (uint32_t k = 0; k < 16; k++)
             dx_plane_set_range(&p, k, range[k / 8 * 8 + (k + (uint32_t)turned) % 8]);
