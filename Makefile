@@ -75,7 +75,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-drivers bench-peers \
-        bench-peers-clouds performance compare-scans peers-mcap asan tsan coverage fuzz fuzz-targets format install uninstall deb clean help FORCE
+        bench-peers-clouds performance compare-scans peers-mcap asan tsan coverage lint lint-flags lint-sources fuzz fuzz-targets format install uninstall deb clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -85,7 +85,7 @@ help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
 	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
 	@echo 'make hil         the drivers on a real kernel, packages and units under systemd, in guests (docs/hil.md)'
-	@echo 'make check-long  the long tests as well: large grids, sanitizers, fuzzing'
+	@echo 'make check-long  the long tests as well: large grids, sanitizers, lint, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
@@ -99,6 +99,7 @@ help:
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
+	@echo 'make lint        clang-tidy and cppcheck over all C files (installs them)'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make deb         Debian packages of service, tools and library, in build/deb'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -211,7 +212,7 @@ check-system: all $(SYSTEM)
 check-tree:
 	@B=$(B) sh tests/run.sh tree
 check-long: check
-	@$(MAKE) --no-print-directory asan tsan
+	@$(MAKE) --no-print-directory asan tsan lint
 	@B=$(B) sh tests/run.sh long
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
@@ -242,6 +243,14 @@ coverage:
 	@$(MAKE) --no-print-directory B=build/coverage OPT=-O1 SAN='--coverage -fprofile-update=atomic -DCOUNTS_LINES' \
 	  all check-unit check-system
 	@B=build/coverage sh tests/coverage.sh
+
+lint: deps
+	+@B=$(B) sh tests/lint.sh
+# What it asks for.
+lint-flags:
+	@: $(info $(ALL_CFLAGS) $(UMOCKDEV_CFLAGS) -Iclient)
+lint-sources:
+	@: $(info $(filter-out $(NOT_HERE),$(shell git ls-files '*.c')))
 
 # Fuzz targets: clang, the libraries with coverage under their own folder, the targets linked to them.
 FUZZ_SAN := address,undefined -fno-sanitize-recover=all
