@@ -160,6 +160,7 @@ $(B)/tests/test_out_of_memory: override LDFLAGS += $(FAIL_ALLOC)
 FAIL_SYSTEM := -Wl,--wrap=open,--wrap=eventfd,--wrap=socket,--wrap=listen,--wrap=accept4,--wrap=opendir,--wrap=open_memstream,--wrap=pthread_create
 $(B)/tests/test_out_of_descriptors: $(call obj,tests/unit/fail_system.c)
 $(B)/tests/test_out_of_descriptors: override LDFLAGS += $(FAIL_SYSTEM)
+$(B)/tests/test_listen: override LDFLAGS += -Wl,--wrap=flock
 # Tests on devices of umockdev. Objects that a test depends on are linked to it.
 UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
 UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)

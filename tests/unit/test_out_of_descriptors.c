@@ -1,6 +1,6 @@
 /* A service for which the system has no descriptor or no thread, at each call in turn:
- * failing_service.h. */
-#include "tests/unit/failing_service.h"
+ * service_child.h. */
+#include "tests/unit/service_child.h"
 
 #include "tests/unit/fail_system.h"
 

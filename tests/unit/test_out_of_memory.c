@@ -1,5 +1,5 @@
-/* A service for which an allocation fails, each in turn: failing_service.h. */
-#include "tests/unit/failing_service.h"
+/* A service for which an allocation fails, each in turn: service_child.h. */
+#include "tests/unit/service_child.h"
 
 #include "tests/unit/fail_alloc.h"
 
