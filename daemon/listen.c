@@ -73,8 +73,10 @@ static int bind_listen(int fd, const struct sockaddr_un *addr)
     int r = bind(fd, (const struct sockaddr *)addr, sizeof(*addr)) < 0 ? -errno : 0;
 
     umask(mask);
-    if (r == 0 && listen(fd, SOMAXCONN) < 0)
+    if (r == 0 && listen(fd, SOMAXCONN) < 0) {
         r = -errno;
+        unlink(addr->sun_path);
+    }
     return r;
 }
 

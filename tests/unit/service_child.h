@@ -39,6 +39,7 @@
 struct outcome {
     int result;
     bool has_failed;
+    int why; /* 0: not asked for */
     char text[sizeof(((struct dx_err *)0)->text)];
 };
 
@@ -46,7 +47,8 @@ struct outcome {
 struct failing_calls {
     void (*arm)(uint64_t n); /* call number n from here on; 0: none */
     bool (*has_failed)(void);
-    bool metrics;                /* it writes a metrics_file */
+    int (*why)(void); /* the errno of it, of which an error's text must tell; NULL: it need not */
+    bool metrics;     /* it writes a metrics_file */
     const char *const *requests; /* ended by NULL */
 };
 
@@ -115,6 +117,7 @@ static inline void serve(const struct place *p, uint64_t n, int ready_fd)
     if (o->result == 0)
         o->result = dx_service_run(&config, p->config, ready_fd, &err);
     o->has_failed = p->calls && p->calls->has_failed();
+    o->why = p->calls && p->calls->why ? p->calls->why() : 0;
     if (p->calls)
         p->calls->arm(0);
     memcpy(o->text, err.text, sizeof(o->text));
@@ -269,6 +272,9 @@ static inline bool try_one(const struct place *p, uint64_t n)
     await_end(pid, n);
     if (o->result < 0 && !o->text[0])
         fail_msg("call %llu: error %d without a text", (unsigned long long)n, o->result);
+    if (o->result < 0 && o->why && !strstr(o->text, strerror(o->why)))
+        fail_msg("call %llu: '%s', expected '%s' in it", (unsigned long long)n, o->text,
+                 strerror(o->why));
     if (o->result < 0 && !o->has_failed)
         fail_msg("with all memory: %s", o->text);
     return o->has_failed;

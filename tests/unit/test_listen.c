@@ -19,10 +19,19 @@
 
 static char folder[32], path[64], lock_path[80];
 static int lock_error;     /* of the next flock(2) */
+static int listen_error;   /* of listen(2) */
 static bool lock_vanishes; /* its owner removes the file before the next one is locked */
 
 int __real_flock(int fd, int operation);
 int __wrap_flock(int fd, int operation);
+int __real_listen(int fd, int backlog);
+int __wrap_listen(int fd, int backlog);
+
+int __wrap_listen(int fd, int backlog)
+{
+    errno = listen_error;
+    return listen_error ? -1 : __real_listen(fd, backlog);
+}
 
 int __wrap_flock(int fd, int operation)
 {
@@ -48,7 +57,7 @@ static int setup(void **state)
 static int teardown(void **state)
 {
     (void)state;
-    lock_error = 0;
+    lock_error = listen_error = 0;
     unlink(path);
     return rmdir(folder); /* fails when a lock is left */
 }
@@ -129,6 +138,16 @@ static void a_lock_that_was_removed_is_made_anew(void **state)
     dx_listener_close(&l);
 }
 
+/* Nobody can connect to what is left of it, and the next service would have to find that out. */
+static void what_cannot_listen_leaves_nothing(void **state)
+{
+    (void)state;
+    listen_error = ENOBUFS;
+    expect_refused(path, -ENOBUFS, "No buffer space available");
+    assert_int_equal(access(path, F_OK), -1);
+    assert_int_equal(access(lock_path, F_OK), -1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -136,6 +155,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(too_long_a_path, setup, teardown),
         cmocka_unit_test_setup_teardown(one_service_at_a_socket, setup, teardown),
         cmocka_unit_test_setup_teardown(no_lock_is_not_another_service, setup, teardown),
+        cmocka_unit_test_setup_teardown(what_cannot_listen_leaves_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(a_lock_that_was_removed_is_made_anew, setup, teardown),
     };
 

@@ -7,7 +7,8 @@
 static const char *const requests[] = {"{\"request\":\"status\"}\n",  "{\"request\":\"metrics\"}\n",
                                        "{\"request\":\"devices\"}\n", "{\"request\":\"config\"}\n",
                                        "{\"request\":\"reload\"}\n",  NULL};
-static const struct failing_calls calls = {fail_system_arm, fail_system_has_failed, true, requests};
+static const struct failing_calls calls = {fail_system_arm, fail_system_has_failed, fail_system_why,
+                                           true, requests};
 
 static void each_call_may_fail(void **state)
 {

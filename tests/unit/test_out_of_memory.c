@@ -4,7 +4,7 @@
 #include "tests/unit/fail_alloc.h"
 
 static const char *const requests[] = {"{\"request\":\"status\"}\n", NULL};
-static const struct failing_calls allocations = {fail_alloc_arm, fail_alloc_has_failed, false,
+static const struct failing_calls allocations = {fail_alloc_arm, fail_alloc_has_failed, NULL, false,
                                                  requests};
 
 static void each_call_may_fail(void **state)
