@@ -100,6 +100,7 @@ help:
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make lint        clang-tidy and cppcheck over all C files (installs them)'
+	@echo 'make coverage    the tests again, and which lines they run'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make deb         Debian packages of service, tools and library, in build/deb'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -161,6 +162,7 @@ $(B)/tests/test_out_of_memory: override LDFLAGS += $(FAIL_ALLOC)
 FAIL_SYSTEM := -Wl,--wrap=open,--wrap=eventfd,--wrap=socket,--wrap=listen,--wrap=accept4,--wrap=opendir,--wrap=open_memstream,--wrap=pthread_create
 $(B)/tests/test_out_of_descriptors: $(call obj,tests/unit/fail_system.c)
 $(B)/tests/test_out_of_descriptors: override LDFLAGS += $(FAIL_SYSTEM)
+$(B)/tests/test_listen: override LDFLAGS += -Wl,--wrap=flock,--wrap=listen
 # Tests on devices of umockdev. Objects that a test depends on are linked to it.
 UMOCKDEV_CFLAGS = $(shell pkg-config --cflags umockdev-1.0)
 UMOCKDEV_LIBS = $(shell pkg-config --libs umockdev-1.0)

@@ -23,6 +23,7 @@ int dx_feed_new_sized(struct dx_feed **out, uint32_t max_tiles, uint32_t n_block
                       void *kick_ctx)
 {
     struct dx_feed *f = aligned_alloc(64, (sizeof(*f) + 63) / 64 * 64);
+    int r;
 
     if (!f)
         return -ENOMEM;
@@ -34,6 +35,7 @@ int dx_feed_new_sized(struct dx_feed **out, uint32_t max_tiles, uint32_t n_block
     f->kick_ctx = kick_ctx;
     f->own_wake_fd = wake_fd < 0;
     f->wake_fd = wake_fd < 0 ? eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC) : wake_fd;
+    r = f->wake_fd < 0 ? -errno : 0;
     f->memory_len = (size_t)n_blocks * DX_FEED_BLOCK_LEN;
     f->memory = mmap(NULL, f->memory_len, PROT_READ | PROT_WRITE,
                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -43,9 +45,11 @@ int dx_feed_new_sized(struct dx_feed **out, uint32_t max_tiles, uint32_t n_block
     f->chunk = calloc(n_chunks, sizeof(*f->chunk));
     f->event = calloc(n_events, sizeof(*f->event));
     if (dx_ring_init(&f->to_loop, n_events) || dx_ring_init(&f->home, n_chunks + n_events) ||
-        f->wake_fd < 0 || !f->memory || !f->next_block || !f->chunk || !f->event) {
+        !f->memory || !f->next_block || !f->chunk || !f->event)
+        r = -ENOMEM;
+    if (r < 0) {
         dx_feed_free(f);
-        return -ENOMEM;
+        return r;
     }
     stack_init(&f->free_blocks, n_blocks);
     stack_init(&f->free_chunks, n_chunks);

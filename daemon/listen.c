@@ -73,8 +73,10 @@ static int bind_listen(int fd, const struct sockaddr_un *addr)
     int r = bind(fd, (const struct sockaddr *)addr, sizeof(*addr)) < 0 ? -errno : 0;
 
     umask(mask);
-    if (r == 0 && listen(fd, SOMAXCONN) < 0)
+    if (r == 0 && listen(fd, SOMAXCONN) < 0) {
         r = -errno;
+        unlink(addr->sun_path);
+    }
     return r;
 }
 
@@ -98,9 +100,13 @@ static int lock(struct dx_listener *l, struct dx_err *err)
         if (fd < 0)
             return dx_err_set(err, -errno, "%s: %s", l->lock_name, strerror(errno));
         if (flock(fd, LOCK_EX | LOCK_NB) < 0) {
+            int error = errno;
+
             close(fd);
-            return dx_err_set(err, -EADDRINUSE, "%s: another service has this socket",
-                              l->lock_name);
+            return error == EWOULDBLOCK
+                       ? dx_err_set(err, -EADDRINUSE, "%s: another service has this socket",
+                                    l->lock_name)
+                       : dx_err_set(err, -error, "%s: %s", l->lock_name, strerror(error));
         }
         if (is_current(fd, l->lock_name)) {
             l->lock_fd = fd;

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Shares of lines that were run, room by room, from what a build with --coverage has left in $B; installs gcovr. Each file's lines that were
-# not run are in $B/coverage.txt.
+# Shares of lines that were run, room by room, from what a build with --coverage has left in $B; installs gcovr. What was not run,
+# file by file, is in $B/coverage.txt.
 #   coverage.sh [LEAST]    percent, of the first rooms; 90. The others are shown beside.
 set -eu
 least=${1:-90}

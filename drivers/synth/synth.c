@@ -16,6 +16,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define BLOCK_LEN 16
 
@@ -146,7 +147,7 @@ static int synth_open(struct dx_device **out, const void *config, struct dx_err 
     r = dx_pace_init(&dev->pace, c->rate);
     if (r) {
         free(dev);
-        return dx_err_set(err, r, "synthetic: cannot set up pacing");
+        return dx_err_set(err, r, "synthetic: cannot set up pacing: %s", strerror(-r));
     }
     r = dx_scene_geometry(&dev->geometry, &c->scene);
     if (r) {

@@ -12,7 +12,7 @@
 #include <sys/types.h>
 
 static atomic_uint_fast64_t left; /* calls until the one that fails */
-static atomic_bool failed;
+static atomic_int failed;         /* the error of it; 0: not yet */
 
 int __real_open(const char *path, int flags, mode_t mode);
 int __real_eventfd(unsigned count, int flags);
@@ -41,18 +41,23 @@ static bool fails(int error)
         ;
     if (n != 1)
         return false;
-    atomic_store(&failed, true);
+    atomic_store(&failed, error);
     errno = error;
     return true;
 }
 
 void fail_system_arm(uint64_t n)
 {
-    atomic_store(&failed, false);
+    atomic_store(&failed, 0);
     atomic_store(&left, n);
 }
 
 bool fail_system_has_failed(void)
+{
+    return atomic_load(&failed) != 0;
+}
+
+int fail_system_why(void)
 {
     return atomic_load(&failed);
 }

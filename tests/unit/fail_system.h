@@ -16,4 +16,7 @@ void fail_system_arm(uint64_t n);
 /* It has come to that. */
 bool fail_system_has_failed(void);
 
+/* The errno of it. */
+int fail_system_why(void);
+
 #endif

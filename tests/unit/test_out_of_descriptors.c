@@ -1,13 +1,14 @@
 /* A service for which the system has no descriptor or no thread, at each call in turn:
- * failing_service.h. */
-#include "tests/unit/failing_service.h"
+ * service_child.h. */
+#include "tests/unit/service_child.h"
 
 #include "tests/unit/fail_system.h"
 
 static const char *const requests[] = {"{\"request\":\"status\"}\n",  "{\"request\":\"metrics\"}\n",
                                        "{\"request\":\"devices\"}\n", "{\"request\":\"config\"}\n",
                                        "{\"request\":\"reload\"}\n",  NULL};
-static const struct failing_calls calls = {fail_system_arm, fail_system_has_failed, true, requests};
+static const struct failing_calls calls = {fail_system_arm, fail_system_has_failed, fail_system_why,
+                                           true, requests};
 
 static void each_call_may_fail(void **state)
 {

@@ -1,10 +1,10 @@
-/* A service for which an allocation fails, each in turn: failing_service.h. */
-#include "tests/unit/failing_service.h"
+/* A service for which an allocation fails, each in turn: service_child.h. */
+#include "tests/unit/service_child.h"
 
 #include "tests/unit/fail_alloc.h"
 
 static const char *const requests[] = {"{\"request\":\"status\"}\n", NULL};
-static const struct failing_calls allocations = {fail_alloc_arm, fail_alloc_has_failed, false,
+static const struct failing_calls allocations = {fail_alloc_arm, fail_alloc_has_failed, NULL, false,
                                                  requests};
 
 static void each_call_may_fail(void **state)

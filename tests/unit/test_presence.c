@@ -76,6 +76,32 @@ static void pokes_who_is_of_the_subsystem(void **state)
     end(&r);
 }
 
+/* As the streams of a reload are: added while it runs, or to one that had nothing to watch. */
+static void who_comes_later_is_poked_as_well(void **state)
+{
+    static const char *const sound[] = {"sound", NULL};
+    struct rig r = {.bed = umockdev_testbed_new()};
+    unsigned n_sound = 0;
+
+    (void)state;
+    dx_log_set_level(-1);
+    assert_true(sd_event_new(&r.event) >= 0);
+    assert_int_equal(dx_presence_new(&r.p), 0);
+    dx_presence_start(r.p, r.event);
+    assert_int_equal(dx_presence_add(r.p, video, count, &r.n_video), 0);
+    attach(&r, SPEC("video4linux", "video2"));
+    await(&r, &r.n_video, 1);
+    assert_int_equal(dx_presence_add(r.p, sound, count, &n_sound), 0);
+    attach(&r, SPEC("sound", "card0"));
+    await(&r, &n_sound, 1);
+    dx_presence_remove(r.p, &r.n_video);
+    umockdev_testbed_uevent(r.bed, VIDEO, "change");
+    umockdev_testbed_uevent(r.bed, "/sys/devices/platform/x/sound/card0", "change");
+    await(&r, &n_sound, 2);
+    assert_int_equal(r.n_video, 1); /* it was no longer asked for */
+    end(&r);
+}
+
 static void starts_nothing_for_nobody(void **state)
 {
     struct dx_presence *p;
@@ -91,6 +117,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pokes_who_is_of_the_subsystem),
+        cmocka_unit_test(who_comes_later_is_poked_as_well),
         cmocka_unit_test(starts_nothing_for_nobody),
     };
 

@@ -128,6 +128,51 @@ static void test_revoked_begins_anew(void **state)
     fixture_stop(fx);
 }
 
+/* Frames, each of which `good` gets, until so many batches have been taken from others. */
+static uint64_t frames_until_slow(struct fixture *fx, struct client *good, uint64_t f, uint64_t n)
+{
+    const uint64_t end = f + LAST / 2;
+
+    while (dx_get(&fx->counters.n_slow) < n && f < end) {
+        fixture_frames(fx, ++f);
+        client_until_frame(good, f);
+    }
+    assert_int_equal(dx_get(&fx->counters.n_slow), n);
+    return f;
+}
+
+/* One that has begun anew and stops reading again, before it has all of it, is told why it must go.
+ */
+static void test_revoked_twice_must_go(void **state)
+{
+    struct fixture *fx =
+        fixture_start(&(struct fixture_options){.body_len = 60000,
+                                                .grid = 1,
+                                                .n_blocks = least_arena(LAST, 60000),
+                                                .server = {.stall_ns = 60000u * (uint64_t)MS}});
+    struct client *good = client_start(fx, NULL), *slow;
+    uint64_t f;
+
+    (void)state;
+    client_until_frame(good, 3);
+    slow = client_start(fx, NULL);
+    client_until(slow, DX_MSG_SNAPSHOT_END);
+    f = frames_until_slow(fx, good, 4, 1);
+    client_until(slow, DX_MSG_RESET);
+    assert_string_equal(slow->reset.reason, "too slow");
+    client_until(slow, DX_MSG_SNAPSHOT_BEGIN);
+    f = frames_until_slow(fx, good, f, 2);
+    client_until_closed(slow);
+    assert_int_equal(slow->n_resets, 1); /* no other beginning */
+    assert_int_equal(atomic_load(&fx->n_subscribers), 1);
+    fixture_frames(fx, ++f);
+    client_until_frame(good, f);
+    assert_int_equal(good->n_resets, 0);
+    client_close(slow);
+    client_close(good);
+    fixture_stop(fx);
+}
+
 /* Several stop in batches of different epochs: pins are bounded, the good one gets every frame. */
 static void test_many_stuck(void **state)
 {
@@ -184,6 +229,7 @@ int main(void)
         cmocka_unit_test(test_who_never_reads_is_dropped),
         cmocka_unit_test(test_byte_at_a_time),
         cmocka_unit_test(test_revoked_begins_anew),
+        cmocka_unit_test(test_revoked_twice_must_go),
         cmocka_unit_test(test_many_stuck),
         cmocka_unit_test(test_stuck_lossless),
     };

@@ -1,11 +1,12 @@
 /*
- * A service for which one call of a kind fails, in turn each of those that it makes from reading
- * its configuration on until it has served two subscribers and has answered requests: it ends with
- * an error that has a text, or it serves. Whoever was turned away is served when it comes again.
- * Each service is a process of its own.
+ * A service in a process of its own, with its configuration and sockets in a folder of its own, and
+ * clients of it. fail_each_call(): a service for which one call of a kind fails, in turn each of
+ * those that it makes from reading its configuration on until it has served two subscribers and has
+ * answered requests: it ends with an error that has a text, or it serves. Whoever was turned away
+ * is served when it comes again.
  */
-#ifndef FAILING_SERVICE_H
-#define FAILING_SERVICE_H
+#ifndef SERVICE_CHILD_H
+#define SERVICE_CHILD_H
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -38,6 +39,7 @@
 struct outcome {
     int result;
     bool has_failed;
+    int why; /* 0: not asked for */
     char text[sizeof(((struct dx_err *)0)->text)];
 };
 
@@ -45,14 +47,15 @@ struct outcome {
 struct failing_calls {
     void (*arm)(uint64_t n); /* call number n from here on; 0: none */
     bool (*has_failed)(void);
-    bool metrics;                /* it writes a metrics_file */
+    int (*why)(void); /* the errno of it, of which an error's text must tell; NULL: it need not */
+    bool metrics;     /* it writes a metrics_file */
     const char *const *requests; /* ended by NULL */
 };
 
 struct place {
     char dir[32], config[64], mesh[64], control[64];
     struct outcome *outcome;
-    const struct failing_calls *calls;
+    const struct failing_calls *calls; /* NULL: none fails */
 };
 
 static inline void write_config(const struct place *p)
@@ -60,7 +63,7 @@ static inline void write_config(const struct place *p)
     FILE *f = fopen(p->config, "w");
     char metrics[96] = "";
 
-    if (p->calls->metrics)
+    if (p->calls && p->calls->metrics)
         snprintf(metrics, sizeof(metrics), "metrics_file: %s/metrics\n", p->dir);
     assert_non_null(f);
     fprintf(f,
@@ -75,9 +78,9 @@ static inline void write_config(const struct place *p)
 
 static inline int make_place(void **state)
 {
-    static struct place p = {.dir = "/tmp/dexeld-fails-XXXXXX"};
+    static struct place p;
 
-    p.calls = *state;
+    p = (struct place){.dir = "/tmp/dexeld-child-XXXXXX", .calls = *state};
     assert_non_null(mkdtemp(p.dir));
     snprintf(p.config, sizeof(p.config), "%s/c.yaml", p.dir);
     snprintf(p.mesh, sizeof(p.mesh), "%s/mesh", p.dir);
@@ -108,12 +111,15 @@ static inline void serve(const struct place *p, uint64_t n, int ready_fd)
     struct dx_err err = {""};
 
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    p->calls->arm(n);
+    if (p->calls)
+        p->calls->arm(n);
     o->result = dx_config_load(&config, p->config, &err);
     if (o->result == 0)
         o->result = dx_service_run(&config, p->config, ready_fd, &err);
-    o->has_failed = p->calls->has_failed();
-    p->calls->arm(0);
+    o->has_failed = p->calls && p->calls->has_failed();
+    o->why = p->calls && p->calls->why ? p->calls->why() : 0;
+    if (p->calls)
+        p->calls->arm(0);
     memcpy(o->text, err.text, sizeof(o->text));
     if (o->result == DX_SERVICE_E_LEFT)
         _exit(0); /* as dexeld does */
@@ -139,6 +145,20 @@ static inline pid_t start(const struct place *p, uint64_t n, int *ready_fd)
     return pid;
 }
 
+/* False: it has ended instead. */
+static inline bool is_ready(int ready_fd, uint64_t n)
+{
+    struct pollfd pfd = {ready_fd, POLLIN, 0};
+    char line[16];
+    bool ready;
+
+    if (poll(&pfd, 1, PATIENCE_MS) == 0)
+        fail_msg("call %llu: neither ready nor at an end", (unsigned long long)n);
+    ready = read(ready_fd, line, sizeof(line)) > 0;
+    close(ready_fd);
+    return ready;
+}
+
 /* ---- its clients ---------------------------------------------------------------------------- */
 
 static inline int on_commit(void *user, const struct dexel_commit *commit)
@@ -156,10 +176,11 @@ static inline int on_state(void *user, enum dexel_state state, const char *reaso
 }
 
 /* 1: it got a mesh; 2: it was told that there is none; negative: turned away. */
-static inline int subscribe(const struct place *p)
+static inline int subscribe(const struct place *p, const char *stream)
 {
     const struct dexel_callbacks callbacks = {.commit = on_commit, .state = on_state};
-    const struct dexel_options options = {.socket = p->mesh, .encoding = DEXEL_Q16};
+    const struct dexel_options options = {
+        .socket = p->mesh, .stream = stream, .encoding = DEXEL_Q16};
     struct dexel *d;
     int r = dexel_open(&d, &options, &callbacks, NULL);
 
@@ -171,30 +192,49 @@ static inline int subscribe(const struct place *p)
     return r;
 }
 
-/* Bytes of an answer; 0: turned away. */
-static inline size_t ask(const struct place *p, const char *request)
+/* A connection to the control socket on which this was asked; -1: turned away. */
+static inline int begin_asking(const struct place *p, const char *request)
 {
     struct sockaddr_un at = {.sun_family = AF_UNIX};
     int fd = socket(AF_UNIX, SOCK_STREAM, 0);
-    struct pollfd pfd = {fd, POLLIN, 0};
-    char answer[16384];
-    ssize_t n = 0;
 
     assert_true(fd >= 0);
     memcpy(at.sun_path, p->control, strlen(p->control) + 1);
     if (connect(fd, (struct sockaddr *)&at, sizeof(at)) == 0 &&
-        send(fd, request, strlen(request), MSG_NOSIGNAL) > 0) {
-        if (poll(&pfd, 1, PATIENCE_MS) == 0)
-            fail_msg("%.40s: left without an answer", request);
-        n = recv(fd, answer, sizeof(answer), 0);
-    }
+        send(fd, request, strlen(request), MSG_NOSIGNAL) > 0)
+        return fd;
     close(fd);
-    return n > 0 ? (size_t)n : 0;
+    return -1;
+}
+
+/* The answer, up to the end of its first line; NULL: turned away. Valid until the next one. */
+static inline const char *hear(int fd, const char *request)
+{
+    static char answer[1 << 16];
+    struct pollfd pfd = {fd, POLLIN, 0};
+    size_t len = 0;
+    ssize_t n = 1;
+
+    while (fd >= 0 && n > 0 && (len == 0 || answer[len - 1] != '\n') && len < sizeof(answer) - 1) {
+        if (poll(&pfd, 1, PATIENCE_MS) == 0)
+            fail_msg("left without an answer: %.60s", request);
+        n = recv(fd, answer + len, sizeof(answer) - 1 - len, 0);
+        len += n > 0 ? (size_t)n : 0;
+    }
+    if (fd >= 0)
+        close(fd);
+    answer[len] = '\0';
+    return len ? answer : NULL;
+}
+
+static inline const char *ask(const struct place *p, const char *request)
+{
+    return hear(begin_asking(p, request), request);
 }
 
 static inline void use(const struct place *p, uint64_t n)
 {
-    const int first = subscribe(p), second = subscribe(p);
+    const int first = subscribe(p, NULL), second = subscribe(p, NULL);
 
     if (first < 0 && second < 0)
         fail_msg("call %llu: two subscribers were turned away: %s", (unsigned long long)n,
@@ -224,19 +264,17 @@ static inline bool try_one(const struct place *p, uint64_t n)
     const struct outcome *o = p->outcome;
     int ready_fd;
     const pid_t pid = start(p, n, &ready_fd);
-    struct pollfd pfd = {ready_fd, POLLIN, 0};
-    char line[16];
 
-    if (poll(&pfd, 1, PATIENCE_MS) == 0)
-        fail_msg("call %llu: neither ready nor at an end", (unsigned long long)n);
-    if (read(ready_fd, line, sizeof(line)) > 0) {
+    if (is_ready(ready_fd, n)) {
         use(p, n);
         kill(pid, SIGTERM);
     }
-    close(ready_fd);
     await_end(pid, n);
     if (o->result < 0 && !o->text[0])
         fail_msg("call %llu: error %d without a text", (unsigned long long)n, o->result);
+    if (o->result < 0 && o->why && !strstr(o->text, strerror(o->why)))
+        fail_msg("call %llu: '%s', expected '%s' in it", (unsigned long long)n, o->text,
+                 strerror(o->why));
     if (o->result < 0 && !o->has_failed)
         fail_msg("with all memory: %s", o->text);
     return o->has_failed;
