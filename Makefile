@@ -66,6 +66,7 @@ FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
 GUEST_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
 BENCH_SRC := $(wildcard tests/bench/*.c)
 FAULT_SRC := $(wildcard tests/faults/*.c)
+VALGRIND_SRC := $(wildcard tests/valgrind/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
@@ -75,7 +76,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-drivers bench-peers \
-        bench-peers-clouds performance compare-scans peers-mcap asan tsan coverage fuzz fuzz-targets format install uninstall deb clean help FORCE
+        bench-peers-clouds performance compare-scans peers-mcap asan tsan valgrind coverage fuzz fuzz-targets format install uninstall deb clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -99,6 +100,7 @@ help:
 	@echo 'make compare-scans  meshes of real scans beside those of PCL, in numbers'
 	@echo 'make peers-mcap  recordings to and from the official JavaScript library (needs npm)'
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
+	@echo 'make valgrind    the programs and unit tests under its memcheck (installs it)'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make deb         Debian packages of service, tools and library, in build/deb'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -116,7 +118,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) $(FAULT_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) $(FAULT_SRC) $(VALGRIND_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
@@ -195,6 +197,10 @@ $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
 $(B)/tests/dexeld_faults: $(call obj,daemon/main.c $(FAULT_SRC)) $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+# The same way, the service for small grids alone.
+$(B)/tests/dexeld_few_tiles: $(call obj,daemon/main.c $(VALGRIND_SRC)) $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 # Simulated devices, usable by hand.
 $(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)
@@ -211,7 +217,7 @@ check-system: all $(SYSTEM)
 check-tree:
 	@B=$(B) sh tests/run.sh tree
 check-long: check
-	@$(MAKE) --no-print-directory asan tsan
+	@$(MAKE) --no-print-directory asan tsan valgrind
 	@B=$(B) sh tests/run.sh long
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
@@ -236,6 +242,8 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory B=build/tsan OPT=-O1 SAN='-fsanitize=thread' \
 	  all check-unit check-system
+valgrind: all $(UNIT) $(SYSTEM) $(B)/tests/dexeld_few_tiles
+	@B=$(B) sh tests/valgrind.sh
 
 # Lines that the tests run, of what is the service's; below 90 % of a room it fails. What a killed process ran is not counted.
 coverage:
