@@ -66,6 +66,7 @@ FUZZ_SRC := $(wildcard tests/fuzz/fuzz_*.c)
 GUEST_SRC := $(wildcard tests/hil/*.c tests/hil/guest/*.c)
 BENCH_SRC := $(wildcard tests/bench/*.c)
 FAULT_SRC := $(wildcard tests/faults/*.c)
+VALGRIND_SRC := $(wildcard tests/valgrind/*.c)
 
 LIBS := $(B)/lib/libdxtools.a $(B)/lib/libdxdaemon.a $(B)/lib/libdxdrivers.a $(B)/lib/libdexel.a
 PROGRAMS := $(B)/bin/dexeld $(B)/bin/dexel
@@ -75,7 +76,7 @@ SYSTEM := $(patsubst tests/system/%.c,$(B)/tests/%,$(SYSTEM_SRC)) \
 FUZZ := $(patsubst tests/fuzz/%.c,$(B)/%,$(FUZZ_SRC))
 
 .PHONY: all deps demo check check-long check-unit check-system check-tree hil hil-programs bench bench-live bench-drivers bench-peers \
-        bench-peers-clouds performance compare-scans peers-mcap asan tsan coverage lint lint-flags lint-sources fuzz fuzz-targets format install uninstall deb clean help FORCE
+        bench-peers-clouds performance compare-scans peers-mcap asan tsan valgrind coverage lint lint-flags lint-sources fuzz fuzz-targets format install uninstall deb clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -85,7 +86,7 @@ help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
 	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
 	@echo 'make hil         the drivers on a real kernel, packages and units under systemd, in guests (docs/hil.md)'
-	@echo 'make check-long  the long tests as well: large grids, sanitizers, lint, fuzzing'
+	@echo 'make check-long  the long tests as well: large grids, sanitizers, valgrind, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
@@ -101,6 +102,7 @@ help:
 	@echo 'make asan tsan   build and run the tests under the sanitizers'
 	@echo 'make lint        clang-tidy and cppcheck over all C files (installs them)'
 	@echo 'make coverage    the tests again, and which lines they run'
+	@echo 'make valgrind    the programs and unit tests under its memcheck (installs it)'
 	@echo 'make fuzz        build the fuzz targets (clang)'
 	@echo 'make deb         Debian packages of service, tools and library, in build/deb'
 	@echo 'make install     install under $$(DESTDIR)$(prefix);  uninstall, clean'
@@ -118,7 +120,7 @@ $(B)/obj/%.o: %.c Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(call obj,$(CORE_SRC) $(DRIVERS_SRC) $(CLIENT_SRC) $(DAEMON_SRC) \
-           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) $(FAULT_SRC) daemon/main.c tools/main.c))
+           $(TOOLS_SRC) $(UNIT_SRC) $(SYSTEM_SRC) $(GUEST_SRC) $(BENCH_SRC) $(FAULT_SRC) $(VALGRIND_SRC) daemon/main.c tools/main.c))
 
 define archive
 	@mkdir -p $(@D)
@@ -198,6 +200,10 @@ $(B)/tests/%: $(B)/obj/tests/system/%.o $(LIBS)
 $(B)/tests/dexeld_faults: $(call obj,daemon/main.c $(FAULT_SRC)) $(LIBS)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
+# The same way, the service for small grids alone.
+$(B)/tests/dexeld_few_tiles: $(call obj,daemon/main.c $(VALGRIND_SRC)) $(LIBS)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS)
 # Simulated devices, usable by hand.
 $(B)/tests/%: $(B)/obj/tests/hil/%.o $(LIBS)
 	@mkdir -p $(@D)
@@ -214,7 +220,7 @@ check-system: all $(SYSTEM)
 check-tree:
 	@B=$(B) sh tests/run.sh tree
 check-long: check
-	@$(MAKE) --no-print-directory asan tsan lint
+	@$(MAKE) --no-print-directory asan tsan valgrind
 	@B=$(B) sh tests/run.sh long
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
@@ -239,6 +245,8 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory B=build/tsan OPT=-O1 SAN='-fsanitize=thread' \
 	  all check-unit check-system
+valgrind: all $(UNIT) $(SYSTEM) $(B)/tests/dexeld_few_tiles
+	@B=$(B) sh tests/valgrind.sh
 
 # Lines that the tests run, of what is the service's; below 90 % of a room it fails. What a killed process ran is not counted.
 coverage:

@@ -18,9 +18,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A grid may have so many tiles (4096 cells each); a feed of this size is address space, not
- * memory. */
-#define MAX_TILES   16384
 #define RECORDER_NS 2000000000u /* for the recorder to end its file */
 #define FEED_EPOCHS 6           /* one current, one being built, four pinned */
 
@@ -172,7 +169,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
     struct dx_mesher_config mesher = {.terrain = config->mesh,
                                       .commit_ms = config->commit_ms,
                                       .lossless = config->lossless,
-                                      .max_tiles = MAX_TILES};
+                                      .max_tiles = dx_stream_max_tiles};
     struct dx_stream *s = calloc(1, sizeof(*s));
     struct dx_log_about was;
     int r;
@@ -187,7 +184,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
     sem_init(&s->recorder_done, 0, 0);
     r = dx_mailbox_new(&s->mailbox, config->lossless, kick_mesher, s);
     if (r == 0)
-        r = dx_feed_new(&s->feed, MAX_TILES, FEED_EPOCHS, 2, -1, kick_mesher, s);
+        r = dx_feed_new(&s->feed, dx_stream_max_tiles, FEED_EPOCHS, 2, -1, kick_mesher, s);
     mesher.beat = &s->beats.of[DX_BEAT_MESHER];
     if (r == 0)
         r = dx_mesher_new(&s->mesher, &mesher, s->mailbox, s->feed, &s->counters, pool);

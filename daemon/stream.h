@@ -17,6 +17,10 @@ struct dx_heartbeats;
 struct dx_stream;
 struct dx_stream_reader;
 
+/* A grid may have so many tiles (4096 cells each). A stream's feed has room for them: address
+ * space, not memory. */
+extern const uint32_t dx_stream_max_tiles;
+
 /* Opens the source and allocates all that the frame path will use. `config` is copied, `pool`
  * borrowed. Errors name the stream. */
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs the tests of a build folder ($B), as many at a time as there are processors ($JOBS), and ends with
 # "N passed, N failed[, N skipped]".
-#   tests/run.sh check|unit|system|tree|long
+#   tests/run.sh check|unit|system|tree|long, or these TEST...
 # A test is a program or script; exit 0 passed, 77 skipped, anything else failed (its output is shown).
 set -u
 B=${B:-build}
@@ -20,6 +20,7 @@ case ${1:-check} in
   tree) trees ;;
   long) ls tests/long/*.sh ;;
   check) trees; systems; units ;;
+  these) shift && printf '%s\n' "$@" ;;
   *) echo "tests/run.sh: unknown tier '$1'" >&2; exit 2 ;;
 esac >"$log/tests"
 

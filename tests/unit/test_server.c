@@ -224,7 +224,11 @@ static void test_long_batches(void **state)
 {
     const struct dx_msg_subscribe lossless = {.mode = DX_MODE_LOSSLESS};
     struct fixture *fx = fixture_start(
-        &(struct fixture_options){.lossless = true, .no_mesh = true, .grid = 2, .body_len = 20000});
+        &(struct fixture_options){.lossless = true,
+                                  .no_mesh = true,
+                                  .grid = 2,
+                                  .body_len = 20000,
+                                  .server = {.stall_ns = 600000000000u}}); /* some wait long */
     struct client *c[4];
 
     (void)state;

@@ -206,7 +206,7 @@ static void test_stuck_lossless(void **state)
 {
     const struct dx_msg_subscribe lossless = {.mode = DX_MODE_LOSSLESS};
     struct fixture *fx = fixture_start(&(struct fixture_options){
-        .lossless = true, .no_mesh = true, .body_len = 60000, .server = {.stall_ns = 300 * MS}});
+        .lossless = true, .no_mesh = true, .body_len = 60000, .server = {.stall_ns = 2000 * MS}});
     struct client *good = client_start(fx, &lossless), *stuck = client_start(fx, &lossless);
 
     (void)state;
