@@ -2,11 +2,15 @@
  * The thread pool: workers sleep on a condition until a job is open. Its caller works too, closes
  * it when no task is left, and waits for those alone that have joined: one that has not woken yet
  * finds it closed. So a job of a few tasks does not take as long as a thread takes to wake.
+ *
+ * A frame is several jobs, one right after the other, and to wake takes as long as a good part of
+ * one: so who waits looks a while, and lets others run, before it sleeps.
  */
 #include "core/base/pool.h"
 
 #include <errno.h>
 #include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -14,6 +18,9 @@
 
 /* What one thread does in the 50 us and more that another takes to wake. */
 #define FEW_TILES 8
+
+/* So often: some 50 us. */
+#define LOOKS 200
 
 struct worker {
     struct dx_pool *pool;
@@ -23,11 +30,12 @@ struct worker {
 
 struct dx_pool {
     pthread_mutex_t turn; /* held by the caller whose job runs */
-    pthread_mutex_t lock; /* guards generation, is_open, n_busy, stop */
+    pthread_mutex_t lock; /* guards generation, is_open, n_busy, stop: both atomic ones are looked
+                             at without it, and then with it */
     pthread_cond_t start, done;
-    uint64_t generation; /* counts jobs: a worker joins each once */
+    atomic_uint generation; /* counts jobs: a worker joins each once */
     bool is_open;
-    unsigned n_busy; /* workers that have joined and not finished */
+    atomic_uint n_busy; /* workers that have joined and not finished */
     bool stop;
     /* The job: written under the lock while none is open and nobody is busy, read by who joined. */
     void (*fn)(void *, uint32_t, unsigned);
@@ -47,11 +55,19 @@ static void take_tasks(struct dx_pool *pool, unsigned number)
         pool->fn(pool->ctx, task, number);
 }
 
+/* Until `number` is (or is not) `value`, or for a while. */
+static void look(const atomic_uint *number, unsigned value, bool is)
+{
+    for (int k = 0;
+         k < LOOKS && (atomic_load_explicit(number, memory_order_relaxed) == value) != is; k++)
+        sched_yield();
+}
+
 static void *worker_main(void *arg)
 {
     struct worker *w = arg;
     struct dx_pool *pool = w->pool;
-    uint64_t seen = 0;
+    unsigned seen = 0;
 
     pthread_mutex_lock(&pool->lock);
     for (;;) {
@@ -66,6 +82,9 @@ static void *worker_main(void *arg)
         pthread_mutex_lock(&pool->lock);
         if (--pool->n_busy == 0)
             pthread_cond_signal(&pool->done);
+        pthread_mutex_unlock(&pool->lock);
+        look(&pool->generation, seen, false);
+        pthread_mutex_lock(&pool->lock);
     }
     pthread_mutex_unlock(&pool->lock);
     return NULL;
@@ -148,6 +167,9 @@ void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks, void (*fn)(void *, uint
 
     pthread_mutex_lock(&pool->lock);
     pool->is_open = false;
+    pthread_mutex_unlock(&pool->lock);
+    look(&pool->n_busy, 0, true);
+    pthread_mutex_lock(&pool->lock);
     while (pool->n_busy)
         pthread_cond_wait(&pool->done, &pool->lock);
     pthread_mutex_unlock(&pool->lock);
