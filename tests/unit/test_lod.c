@@ -290,6 +290,71 @@ static void rows_under_caps_stay_whole(void **state)
     dx_geometry_unref(g);
 }
 
+static struct whole_mesh mesh_by(struct dx_geometry *g, struct dx_terrain_params *q,
+                                 const struct dx_plane *p, struct dx_lod_level level,
+                                 enum dx_simd simd)
+{
+    struct dx_terrain *t;
+    struct whole_mesh w;
+
+    q->simd = simd;
+    t = meshed(g, q, p, NULL);
+    w = lod_mesh_of(t, level, NULL);
+    dx_terrain_free(t);
+    return w;
+}
+
+/* A surface that bends and shakes a little, from the nearest ranges to the farthest. */
+static void smooth_frame(struct dx_plane *p, struct dx_rng *rng)
+{
+    const uint32_t near = 40 + dx_rng_below(rng, 60000), slope = dx_rng_below(rng, 40);
+
+    for (size_t k = 0; k < dx_plane_n_dexels(p); k++) {
+        const uint32_t row = (uint32_t)(k / p->width), col = (uint32_t)(k % p->width);
+        const uint32_t range = near + slope * row + row * col / 16 + dx_rng_below(rng, 4);
+
+        dx_plane_set_range(p, k, dx_rng_below(rng, 200) && range < 65536 ? range : 0);
+    }
+}
+
+/* The loops of each instruction set, on any ranges: near the least that they take, far, missing,
+ * with steps. Rows and columns that end inside a tile, on it, and one beyond. */
+static void every_set_cuts_alike(void **state)
+{
+    static const struct grid grids[] = {{129, 193}, {70, 130}, {66, 128}, {200, 65}};
+    struct dx_rng rng = dx_rng_init(31, 0);
+
+    (void)state;
+    for (unsigned round = 0; round < (long_run() ? 400u : 24u); round++) {
+        const struct grid grid = grids[round % 4];
+        const struct dx_lod_level level = levels[round % N_LEVELS];
+        struct dx_geometry *g = any_geometry(&rng, grid.height, grid.width, 2);
+        struct dx_terrain_params q;
+        struct whole_mesh want;
+        struct dx_plane p;
+
+        assert_int_equal(dx_plane_init(&p, g->height, g->width, 2, 0), 0);
+        (round % 3 ? smooth_frame : any_frame)(&p, &rng);
+        dx_terrain_params_default(&q);
+        use_noise(&q);
+        q.sigma[1] = 1e-4 * dx_rng_below(&rng, 20);
+        q.sigma[2] = 1e-5 * dx_rng_below(&rng, 20);
+        want = mesh_by(g, &q, &p, level, DX_SIMD_GENERIC);
+        for (enum dx_simd simd = DX_SIMD_GENERIC + 1; simd < DX_N_SIMD; simd++) {
+            struct whole_mesh got;
+
+            if (!dx_rows_get(simd))
+                continue;
+            got = mesh_by(g, &q, &p, level, simd);
+            assert_same_mesh(&got, &want);
+            free(got.triangle);
+        }
+        free(want.triangle);
+        dx_plane_fini(&p);
+        dx_geometry_unref(g);
+    }
+}
+
 static void levels_are_checked(void **state)
 {
     (void)state;
@@ -311,6 +376,7 @@ int main(void)
         cmocka_unit_test(a_plane_keeps_no_sample_between),
         cmocka_unit_test(vertices_keep_attributes_and_normals),
         cmocka_unit_test(rows_under_caps_stay_whole),
+        cmocka_unit_test(every_set_cuts_alike),
         cmocka_unit_test(levels_are_checked),
     };
 
