@@ -98,6 +98,7 @@ grep -qF "from the next start on" "$run/said" && wrong "what is in force is not 
 { top; echo streams:; stream still "$still"; stream box "$box"; stream gone "$box"; } >"$run/a"
 { top; echo streams:; stream still "$still"; stream come "$box"; stream box "$box2"; } >"$run/b"
 count() {
+  "$dexel" status --socket "$sock" >/dev/null # the loop has seen then who has just gone
   ls "/proc/$dexeld_pid/$1" | wc -l
 }
 twice() {
