@@ -137,10 +137,9 @@ static struct columns columns_of(const struct incoming *in, uint32_t tile_col)
     return (struct columns){first, end - first};
 }
 
-static struct dx_rect *begin_moved(struct dx_terrain *t, uint32_t tile)
+static void begin_moved(struct dx_terrain *t, uint32_t tile)
 {
     t->moved[tile] = (struct dx_rect){.row0 = UINT32_MAX, .col0 = UINT32_MAX};
-    return &t->moved[tile];
 }
 
 /* ---- frames as they are --------------------------------------------------------------------- */

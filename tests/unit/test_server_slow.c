@@ -91,14 +91,19 @@ static uint32_t least_arena(uint64_t n, uint32_t body_len)
     return most;
 }
 
+/* With a small arena, and patience with who stops reading. */
+static struct fixture *start_small(void)
+{
+    return fixture_start(&(struct fixture_options){.body_len = 60000,
+                                                   .grid = 1,
+                                                   .n_blocks = least_arena(LAST, 60000),
+                                                   .server = {.stall_ns = 60000u * (uint64_t)MS}});
+}
+
 /* A small arena: the mesher takes the pin of who has stopped reading, and it begins anew. */
 static void test_revoked_begins_anew(void **state)
 {
-    struct fixture *fx =
-        fixture_start(&(struct fixture_options){.body_len = 60000,
-                                                .grid = 1,
-                                                .n_blocks = least_arena(LAST, 60000),
-                                                .server = {.stall_ns = 60000u * (uint64_t)MS}});
+    struct fixture *fx = start_small();
     struct client *good = client_start(fx, NULL), *slow;
     uint64_t f = 4;
 
@@ -145,11 +150,7 @@ static uint64_t frames_until_slow(struct fixture *fx, struct client *good, uint6
  */
 static void test_revoked_twice_must_go(void **state)
 {
-    struct fixture *fx =
-        fixture_start(&(struct fixture_options){.body_len = 60000,
-                                                .grid = 1,
-                                                .n_blocks = least_arena(LAST, 60000),
-                                                .server = {.stall_ns = 60000u * (uint64_t)MS}});
+    struct fixture *fx = start_small();
     struct client *good = client_start(fx, NULL), *slow;
     uint64_t f;
 
