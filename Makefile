@@ -84,7 +84,7 @@ all: $(PROGRAMS) $(B)/lib/libdexel.so $(B)/lib/libdexel.a $(B)/libdexel.pc
 
 help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
-	@echo 'make check       install what is missing, build, run the tests (under ten minutes)'
+	@echo 'make check       install what is missing, build, run the tests (about ten minutes)'
 	@echo 'make hil         the drivers on a real kernel, packages and units under systemd, in guests (docs/hil.md)'
 	@echo 'make check-long  the long tests as well: large grids, sanitizers, valgrind, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
