@@ -22,6 +22,14 @@
 /* So often: some 50 us. */
 #define LOOKS 200
 
+/* The tasks that are left of a thread's part: first (low half) to end (high half). Its owner takes
+ * them from the front, others from the back. The jobs of a frame have about the same tasks: so a
+ * thread finds most of what it needs of the job before in its own cache, and another's is far. */
+struct share {
+    _Atomic uint64_t left;
+    char apart[56]; /* a cache line each */
+};
+
 struct worker {
     struct dx_pool *pool;
     pthread_t thread;
@@ -40,19 +48,45 @@ struct dx_pool {
     /* The job: written under the lock while none is open and nobody is busy, read by who joined. */
     void (*fn)(void *, uint32_t, unsigned);
     void *ctx;
-    uint32_t n_tasks;
-    atomic_uint next;
+    struct share share[DX_POOL_MAX_THREADS]; /* of the tasks, by thread */
     unsigned n_workers;
     struct worker worker[DX_POOL_MAX_THREADS - 1];
 };
 
+/* relaxed: the job itself was ordered by the lock; shares only deal out numbers */
+static bool take(struct share *share, bool is_own, uint32_t *task)
+{
+    uint64_t left = atomic_load_explicit(&share->left, memory_order_relaxed), rest;
+
+    do {
+        const uint32_t first = (uint32_t)left, end = (uint32_t)(left >> 32);
+
+        if (first == end)
+            return false;
+        *task = is_own ? first : end - 1;
+        rest = is_own ? left + 1 : left - ((uint64_t)1 << 32);
+    } while (!atomic_compare_exchange_weak_explicit(&share->left, &left, rest, memory_order_relaxed,
+                                                    memory_order_relaxed));
+    return true;
+}
+
 static void take_tasks(struct dx_pool *pool, unsigned number)
 {
+    const unsigned n = pool->n_workers + 1;
     uint32_t task;
 
-    /* relaxed: the job itself was ordered by the lock; the counter only deals out numbers */
-    while ((task = atomic_fetch_add_explicit(&pool->next, 1, memory_order_relaxed)) < pool->n_tasks)
-        pool->fn(pool->ctx, task, number);
+    for (unsigned k = 0; k < n; k++)
+        while (take(&pool->share[(number + k) % n], k == 0, &task))
+            pool->fn(pool->ctx, task, number);
+}
+
+static void deal(struct dx_pool *pool, uint32_t n_tasks)
+{
+    const uint64_t n = pool->n_workers + 1;
+
+    for (uint64_t k = 0; k < n; k++)
+        atomic_store_explicit(&pool->share[k].left, (k + 1) * n_tasks / n << 32 | k * n_tasks / n,
+                              memory_order_relaxed);
 }
 
 /* Until `number` is (or is not) `value`, or for a while. */
@@ -156,8 +190,7 @@ void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks, void (*fn)(void *, uint
     pthread_mutex_lock(&pool->lock);
     pool->fn = fn;
     pool->ctx = ctx;
-    pool->n_tasks = n_tasks;
-    atomic_store_explicit(&pool->next, 0, memory_order_relaxed);
+    deal(pool, n_tasks);
     pool->generation++;
     pool->is_open = true;
     pthread_cond_broadcast(&pool->start);

@@ -1,8 +1,8 @@
 /*
  * A pool of threads for work that falls into independent tasks (tiles). dx_pool_run returns when
- * every task is done; tasks are handed out by an atomic counter, so which thread runs which task
- * varies, and a task must write only what belongs to it. Callers (the meshers of all streams) take
- * turns.
+ * every task is done. Each thread begins with its own part of the tasks, and helps the others when
+ * it has done that: which thread runs which task varies, and a task must write only what belongs to
+ * it. Callers (the meshers of all streams) take turns.
  */
 #ifndef DX_POOL_H
 #define DX_POOL_H
