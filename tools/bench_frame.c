@@ -203,30 +203,3 @@ void dx_bench_memory_copy(struct dx_bench_memory *m, struct dx_pool *pool)
 
     dx_pool_run(pool, n_tasks, copy_part, &c);
 }
-
-/* ---- arithmetic -------------------------------------------------------------------------------
- */
-
-#define ARITHMETIC_TASKS 64
-#define ARITHMETIC_STEPS (1u << 17)
-
-static void count_steps(void *ctx, uint32_t task, unsigned thread)
-{
-    uint64_t *out = ctx, x[4] = {task + 1, task + 2, task + 3, task + 4};
-
-    (void)thread;
-    for (uint32_t k = 0; k < ARITHMETIC_STEPS; k++)
-        for (int m = 0; m < 4; m++) { /* xorshift: each step needs the one before */
-            x[m] ^= x[m] << 13;
-            x[m] ^= x[m] >> 7;
-            x[m] ^= x[m] << 17;
-        }
-    out[task] = x[0] ^ x[1] ^ x[2] ^ x[3];
-}
-
-void dx_bench_arithmetic(struct dx_pool *pool)
-{
-    static uint64_t out[ARITHMETIC_TASKS];
-
-    dx_pool_run(pool, ARITHMETIC_TASKS, count_steps, out);
-}

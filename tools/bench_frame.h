@@ -1,8 +1,7 @@
 /*
  * What the benchmarks of a frame work on: two draws of the noise of one simulated scan, which taken
  * in turn change every tile; the encoding of tiles on a pool, each thread into memory that is used
- * again, as the service does; and what the machine gives, to compare with: the speed of copying
- * memory, and of arithmetic alone. One owner.
+ * again, as the service does; and the speed of copying memory, to compare with. One owner.
  */
 #ifndef DX_BENCH_FRAME_H
 #define DX_BENCH_FRAME_H
@@ -48,9 +47,5 @@ int dx_bench_memory_init(struct dx_bench_memory *m); /* -ENOMEM */
 void dx_bench_memory_fini(struct dx_bench_memory *m);
 /* Copies all of it: DX_BENCH_MEMORY_LEN read and as much written. */
 void dx_bench_memory_copy(struct dx_bench_memory *m, struct dx_pool *pool);
-
-/* Some ten milliseconds of one thread in registers alone: by how much more threads are faster is
- * what the processors they got are worth beside the first one. */
-void dx_bench_arithmetic(struct dx_pool *pool);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "tools/alloc_count.h"
 #include "tools/args.h"
+#include "tools/bench_apart.h"
 #include "tools/bench_args.h"
 #include "tools/bench_frame.h"
 #include "tools/bench_ingest.h"
@@ -24,16 +25,15 @@ static const char help[] =
     "       dexel bench rules|update|lod|live|record|paper|quality ...   (each has its --help)\n"
     "Measures terrain mode on a simulated scan: publish, codes, f32, q16, delta. Instead of\n"
     "publish: mean, median3 (through a filter); beside: smooth (what it would add), copy,\n"
-    "arithmetic (what the machine gives).\n"
+    "apart (frames by threads that share nothing).\n"
     "rules: the codes with each rule; update: a frame where little has changed; lod: levels\n"
     "of detail; live: a running service at its subscribers; paper: the table of Gopi and\n"
     "Krishnan (2002); quality: meshes against the truth.\n\n" DX_BENCH_ARGS_HELP;
 
-enum stage { PUBLISH, MEAN, MEDIAN3, SMOOTH, CODES, F32, Q16, DELTA, COPY, ARITHMETIC, N_STAGES };
+enum stage { PUBLISH, MEAN, MEDIAN3, SMOOTH, CODES, F32, Q16, DELTA, COPY, APART, N_STAGES };
 
-const char *const dx_bench_stage_names[] = {"publish", "mean",       "median3", "smooth",
-                                            "codes",   "f32",        "q16",     "delta",
-                                            "copy",    "arithmetic", NULL};
+const char *const dx_bench_stage_names[] = {"publish", "mean",  "median3", "smooth", "codes", "f32",
+                                            "q16",     "delta", "copy",    "apart",  NULL};
 
 static const struct dx_bench_command command = {"dexel bench", help, dx_bench_stage_names, false};
 
@@ -53,7 +53,11 @@ struct bench {
     struct dx_bench_encoder *encoder;
     struct dx_bench_ingest ingest; /* where those stages are wanted */
     struct dx_bench_smooth smooth;
-    struct dx_bench_memory memory; /* taken only where wanted: it would be counted */
+    /* taken only where wanted, and the second after the first round: they would be counted */
+    struct dx_bench_memory memory;
+    struct dx_bench_apart apart;
+    double resident_bytes;
+    unsigned most; /* threads of a lane */
     struct dx_bench_encoded encoded[N_STAGES];
     struct lane lane[DX_BENCH_THREADS];
 };
@@ -66,11 +70,13 @@ static bool wants(const struct bench *b, enum stage s)
 /* ---- one round --------------------------------------------------------------------------------
  */
 
-static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
+/* Seconds that it took. */
+static double run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
 {
     static const enum dx_encoding encoding[N_STAGES] = {
         [F32] = DX_ENCODING_F32, [Q16] = DX_ENCODING_Q16, [DELTA] = DX_ENCODING_DELTA};
     const struct dx_plane *frame = &b->frames.plane[b->n_frames & 1];
+    const uint64_t start = dx_now_ns();
 
     switch (stage) {
     case PUBLISH:
@@ -91,12 +97,12 @@ static void run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
     case COPY:
         dx_bench_memory_copy(&b->memory, pool);
         break;
-    case ARITHMETIC:
-        dx_bench_arithmetic(pool);
-        break;
+    case APART:
+        return dx_bench_apart_run(&b->apart, pool);
     default:
         b->encoded[stage] = dx_bench_encode(b->encoder, b->terrain, encoding[stage], true, pool);
     }
+    return dx_seconds_since(start);
 }
 
 static void run_round(struct bench *b, uint32_t round)
@@ -106,25 +112,41 @@ static void run_round(struct bench *b, uint32_t round)
         uint64_t before = dx_alloc_count();
 
         for (enum stage s = 0; s < N_STAGES; s++) {
-            uint64_t start = dx_now_ns();
-
             if (s != PUBLISH && s != CODES && !wants(b, s))
                 continue; /* those two are what the others work on */
-            run_stage(b, s, lane->pool);
-            lane->seconds[s][round] = dx_seconds_since(start);
+            lane->seconds[s][round] = run_stage(b, s, lane->pool);
         }
         b->n_frames++;
         lane->n_allocations += dx_alloc_count() - before;
     }
 }
 
-static void measure(struct bench *b)
+static double peak_resident_bytes(void)
 {
-    run_round(b, 0); /* warm: gates, pages, caches */
+    struct rusage u;
+
+    getrusage(RUSAGE_SELF, &u);
+    return 1024.0 * (double)u.ru_maxrss;
+}
+
+/* Gates, pages, caches. Errors: -ENOMEM. */
+static int warm(struct bench *b)
+{
+    const bool apart = wants(b, APART);
+    int r = 0;
+
+    b->wanted &= ~(1u << APART);
+    run_round(b, 0);
+    b->resident_bytes = peak_resident_bytes();
+    if (apart) {
+        b->wanted |= 1u << APART;
+        r = dx_bench_apart_init(&b->apart, &b->frames, dx_terrain_params(b->terrain), b->most);
+        if (r == 0)
+            run_round(b, 0);
+    }
     for (uint32_t k = 0; k < b->args->n_threads; k++)
         b->lane[k].n_allocations = 0;
-    for (uint32_t k = 0; k < b->n_rounds; k++)
-        run_round(b, k);
+    return r;
 }
 
 /* ---- putting it together ----------------------------------------------------------------------
@@ -134,6 +156,7 @@ static void bench_fini(struct bench *b)
 {
     for (int k = 0; k < DX_BENCH_THREADS; k++)
         dx_pool_free(b->lane[k].pool);
+    dx_bench_apart_fini(&b->apart);
     dx_bench_memory_fini(&b->memory);
     dx_bench_smooth_fini(&b->smooth);
     dx_bench_ingest_fini(&b->ingest);
@@ -145,7 +168,6 @@ static void bench_fini(struct bench *b)
 static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_bench_size size)
 {
     struct dx_terrain_params params;
-    unsigned most = 1;
     int r = dx_bench_frames_init(&b->frames, a, size);
 
     b->args = a;
@@ -156,10 +178,10 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
         r = dx_terrain_new(&b->terrain, b->frames.geometry, &params, 0);
     for (uint32_t k = 0; r == 0 && k < a->n_threads; k++) {
         r = dx_pool_new(&b->lane[k].pool, a->threads[k]);
-        most = a->threads[k] > most ? a->threads[k] : most;
+        b->most = a->threads[k] > b->most ? a->threads[k] : b->most;
     }
     if (r == 0)
-        r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), most);
+        r = dx_bench_encoder_new(&b->encoder, dx_terrain_tiling(b->terrain), b->most);
     params.sigma[0] = a->scene.sigma[0];
     if (r == 0 && wants(b, MEAN))
         r = dx_bench_ingest_init(&b->ingest, DX_FILTER_MEAN, b->frames.geometry, &params);
@@ -206,7 +228,7 @@ static const struct dx_report_column frame_columns[] = {
     {"q16 of copy, %", "q16_copy_percent", 1},
     {"delta of copy, %", "delta_copy_percent", 1},
     {"f32, times", "f32_times", 2},
-    {"arithmetic, times", "arithmetic_times", 2},
+    {"apart, times", "apart_times", 2},
     {NULL, NULL, 0},
 };
 
@@ -274,10 +296,10 @@ static void tell_times(json_t *row, const struct bench *b, const struct lane *la
     if (wants(b, F32))
         set_real(row, "f32", "times",
                  frame_seconds(one, F32, b->n_rounds) / frame_seconds(lane, F32, b->n_rounds));
-    if (wants(b, ARITHMETIC))
-        set_real(row, "arithmetic", "times",
-                 dx_bench_median(one->seconds[ARITHMETIC], b->n_rounds) /
-                     dx_bench_median(lane->seconds[ARITHMETIC], b->n_rounds));
+    if (wants(b, F32) && wants(b, APART))
+        set_real(row, "apart", "times",
+                 frame_seconds(one, F32, b->n_rounds) /
+                     dx_bench_median(lane->seconds[APART], b->n_rounds));
 }
 
 static void tell_frames(struct dx_report_table *t, const struct bench *b, struct dx_bench_size size)
@@ -304,28 +326,23 @@ static void tell_frames(struct dx_report_table *t, const struct bench *b, struct
     }
 }
 
-static double peak_resident_bytes(void)
-{
-    struct rusage u;
-
-    getrusage(RUSAGE_SELF, &u);
-    return 1024.0 * (double)u.ru_maxrss;
-}
-
 static int run_size(const struct dx_bench_args *a, struct dx_bench_size size,
                     struct dx_report_table *stages, struct dx_report_table *frames)
 {
     struct bench *b = calloc(1, sizeof(*b));
     int r = b ? bench_init(b, a, size) : -ENOMEM;
 
+    if (r == 0)
+        r = warm(b);
     if (r < 0) {
         fprintf(stderr, "dexel bench: %ux%u: %s\n", size.width, size.height, strerror(-r));
     } else {
-        measure(b);
+        for (uint32_t k = 0; k < b->n_rounds; k++)
+            run_round(b, k);
         tell_stages(stages, b, size);
         tell_frames(frames, b, size);
         json_object_set_new(json_array_get(frames->rows, json_array_size(frames->rows) - 1),
-                            "resident_bytes", json_real(peak_resident_bytes()));
+                            "resident_bytes", json_real(b->resident_bytes));
     }
     if (b)
         bench_fini(b);
@@ -354,10 +371,9 @@ int dx_bench_stages(int argc, char **argv)
                 "what\n`memcpy` reads and writes in the same rounds, by as many threads; *of copy* "
                 "is the time that\nthe bytes of the frame would take at that speed (its ranges and "
                 "codes through the three\nstages, and the chunks), as a share of the time it took. "
-                "*times*: by how "
-                "much it is faster than\nwith one thread, and by how much arithmetic in registers "
-                "alone is in the same rounds: what the\nprocessors are worth that the threads "
-                "got.",
+                "*times*: by how much it is faster than\nwith one thread; *apart*: the same of "
+                "as many threads that share nothing, each with a frame of\nits own, which is "
+                "the most that these processors could give in the same rounds.",
         .columns = frame_columns};
     struct dx_bench_args a;
     struct dx_report report;

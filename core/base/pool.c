@@ -209,8 +209,13 @@ void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks, void (*fn)(void *, uint
     pthread_mutex_unlock(&pool->turn);
 }
 
+struct dx_pool *dx_pool_for_tiles(struct dx_pool *pool, uint32_t n_tiles)
+{
+    return n_tiles > FEW_TILES ? pool : NULL;
+}
+
 void dx_pool_run_tiles(struct dx_pool *pool, uint32_t n_tiles,
                        void (*fn)(void *, uint32_t, unsigned), void *ctx)
 {
-    dx_pool_run(n_tiles > FEW_TILES ? pool : NULL, n_tiles, fn, ctx);
+    dx_pool_run(dx_pool_for_tiles(pool, n_tiles), n_tiles, fn, ctx);
 }

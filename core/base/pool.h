@@ -24,8 +24,11 @@ unsigned dx_pool_threads(const struct dx_pool *pool);
 void dx_pool_run(struct dx_pool *pool, uint32_t n_tasks,
                  void (*fn)(void *ctx, uint32_t task, unsigned thread), void *ctx);
 
-/* The same where a task is a tile, and takes microseconds: a few of them are done on the caller,
- * sooner than another thread wakes. */
+/* The pool, or NULL where the work is that of a few tiles, each of which takes microseconds: the
+ * caller has done them sooner than another thread wakes. */
+struct dx_pool *dx_pool_for_tiles(struct dx_pool *pool, uint32_t n_tiles);
+
+/* Runs where a task is such a tile. */
 void dx_pool_run_tiles(struct dx_pool *pool, uint32_t n_tiles,
                        void (*fn)(void *ctx, uint32_t task, unsigned thread), void *ctx);
 

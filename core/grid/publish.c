@@ -348,7 +348,8 @@ void dx_terrain_publish(struct dx_terrain *t, const struct dx_plane *frame, uint
     } else {
         set_estimates(&in);
         dx_estimator_begin(&t->estimator, frame, col0, n_cols);
-        dx_pool_run_tiles(pool, t->tiling.rows, publish_estimates, &in);
+        dx_pool_run(dx_pool_for_tiles(pool, t->tiling.rows * (in.last - in.first + 1)),
+                    t->tiling.rows, publish_estimates, &in);
     }
     mark_moved(&in);
 }
