@@ -3,6 +3,7 @@
 #include "core/grid/rules.h"
 #include "core/grid/runs.h"
 #include "core/grid/terrain_priv.h"
+#include "core/rows/rows.h"
 
 #include <string.h>
 
@@ -35,28 +36,32 @@ static void widen_attrs(uint16_t *restrict to, const uint8_t *from, uint32_t n)
         to[j] = from[j];
 }
 
-/* Rows of a block come one after the other: what one writes too much the next one mends, and behind
- * the last one is room. */
-#define WHOLE ((DX_BLOCK + 7) / 8 * 8)
-
 static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
                           const struct dx_runs *runs)
 {
-    const uint16_t *narrow = (const uint16_t *)p->range + row;
-
     if (p->range_bytes == 4) {
         dx_runs_gather(to, (const uint32_t *)p->range + row, 4, runs, DX_BLOCK);
-        return;
-    }
-    if (runs->n == 1 && runs->n_columns == DX_BLOCK &&
-        row + runs->run->col + WHOLE <= dx_plane_n_dexels(p)) {
-        widen_ranges(to, narrow + runs->run->col, WHOLE);
         return;
     }
     if (runs->n_columns < DX_BLOCK)
         memset(to, 0, DX_BLOCK * sizeof(*to));
     for (const struct dx_run *r = runs->run; r < runs->run + runs->n; r++)
-        widen_ranges(to + r->at, narrow + r->col, r->n);
+        widen_ranges(to + r->at, (const uint16_t *)p->range + row + r->col, r->n);
+}
+
+/* Most blocks are in the middle of the grid: whole rows of 16-bit ranges, and room behind them. */
+static bool gather_whole(uint32_t *to, const struct dx_plane *p, int64_t row0,
+                         const struct dx_runs *runs)
+{
+    const size_t last = (size_t)(row0 + DX_BLOCK - 1) * p->width + runs->run->col;
+
+    if (p->range_bytes != 2 || row0 < 0 || row0 + DX_BLOCK > p->height || runs->n != 1 ||
+        runs->n_columns < DX_BLOCK || last + DX_ROWS_N > dx_plane_n_dexels(p))
+        return false;
+    dx_rows_get(DX_SIMD_AUTO)
+        ->widen(to, (const uint16_t *)p->range + (size_t)row0 * p->width + runs->run->col, p->width,
+                DX_BLOCK);
+    return true;
 }
 
 static void gather_attrs(uint16_t *to, const struct dx_plane *p, size_t row,
@@ -81,12 +86,18 @@ static void gather(const struct dx_terrain *t, struct dx_tile *tile)
     static const struct dx_runs none;
     struct dx_runs runs;
 
+    bool is_whole;
+
     dx_runs_find(&runs, (int64_t)tile->col * DX_TILE_CELLS - 1, DX_BLOCK, t->tiling.wrap, p->width);
+    is_whole = gather_whole(tile->range, p, row0, &runs);
+    if (is_whole && !tile->attr_bytes && !tile->exact)
+        return;
     for (uint32_t i = 0; i < DX_BLOCK; i++) {
         const bool in_grid = row0 + i >= 0 && row0 + i < p->height;
         const size_t row = in_grid ? (size_t)(row0 + i) * p->width : 0, to = (size_t)i * DX_BLOCK;
 
-        gather_ranges(tile->range + to, p, row, in_grid ? &runs : &none);
+        if (!is_whole)
+            gather_ranges(tile->range + to, p, row, in_grid ? &runs : &none);
         gather_attrs(tile->attr + to, p, row, in_grid ? &runs : &none);
         if (tile->exact)
             dx_runs_gather(tile->xyz + 3 * to, p->xyz + 3 * row, 3 * sizeof(*p->xyz),

@@ -18,6 +18,7 @@
 #include <stdint.h>
 
 #define DX_ROWS_N       80 /* columns of a tile's neighbourhood: whole vectors */
+#define DX_ROWS_BLOCK   67 /* columns of a tile's block */
 #define DX_ROWS_CELLS   64 /* cells of a tile's row */
 #define DX_ROWS_CORNERS 72 /* their corners, in whole vectors */
 #define DX_ROWS_LANES   24 /* of a hash: words of a row of 16-bit ranges, in whole vectors */
@@ -283,6 +284,10 @@ struct dx_rows {
     /* DX_ROWS_N ranks, where dexels are used: `first` and those before them in the row. */
     void (*rank)(uint16_t *rank, dx_bits used, uint16_t first);
 
+    /* Rows of DX_ROWS_BLOCK elements, from those of a grid of that width; each row is written to
+     * DX_ROWS_N elements. */
+    void (*widen)(uint32_t *out, const uint16_t *from, uint32_t width, uint32_t n_rows);
+
     /* Content hash of rows of 16-bit ranges, 0 for those that are not used; and of rows of words.
      */
     void (*digest)(uint64_t lane[DX_ROWS_LANES], const uint16_t *const *range, const dx_bits *used,
@@ -304,6 +309,11 @@ struct dx_rows {
      * next one goes. */
     uint32_t *(*keep)(uint32_t *out, const uint32_t *v, dx_bits used);
     uint16_t *(*keep16)(uint16_t *out, const uint32_t *v, dx_bits used);
+
+    /* Codes of up to DX_ROWS_CELLS rows of cells to three bits each (codes.h), one row after the
+     * other; a byte behind them is written too. And their triangles. */
+    void (*pack_codes)(uint8_t *out, const uint8_t *code, uint32_t n_rows);
+    uint32_t (*count_triangles)(const uint8_t *code, uint32_t n_rows);
 
     /* Folded residuals of each predictor (delta.h) from the neighbours that are used. alone: used,
      * and without a neighbour to tell from; the caller knows better. */

@@ -81,7 +81,9 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .rules = RULES, .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows, \
         .rank = rank_row, .digest = digest_rows, .digest_words = digest_words_rows,                \
         .spin = spin_row, .emit = emit_row, .keep = keep_row, .keep16 = keep16_row,                \
-        .deltas = deltas_row, .turn = turn_row, .stretch = stretch_row, .unit = unit_row,          \
-        .cap = cap_row, .add_cells = add_cells_row, .octahedral = octahedral_row,                  \
-        .filters = FILTERS, .errors = errors_row, .raise = raise_row, .smoother = DX_SMOOTHER,     \
+        .widen = widen_rows, .pack_codes = pack_codes_rows,                                        \
+        .count_triangles = count_triangles_rows, .deltas = deltas_row, .turn = turn_row,           \
+        .stretch = stretch_row, .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,      \
+        .octahedral = octahedral_row, .filters = FILTERS, .errors = errors_row,                    \
+        .raise = raise_row, .smoother = DX_SMOOTHER,                                               \
     }

@@ -17,6 +17,15 @@ static void count_rows(uint16_t *restrict first, const dx_bits *row, uint32_t n_
     first[n_rows] = (uint16_t)n;
 }
 
+/* What one row writes too much the next one mends. */
+static void widen_rows(uint32_t *restrict out, const uint16_t *from, uint32_t width,
+                       uint32_t n_rows)
+{
+    for (uint32_t i = 0; i < n_rows; i++, out += DX_ROWS_BLOCK, from += width)
+        for (uint32_t j = 0; j < DX_ROWS_N; j++)
+            out[j] = from[j];
+}
+
 /* ---- the hash ------------------------------------------------------------------------------- */
 
 /* Each word of a row has a lane of its own, so that lanes become vectors. Odd multipliers. */

@@ -1,9 +1,43 @@
 /*
- * The loop of rows.h for the delta encoding of chunks: what its predictors leave of a block row.
- * Included once by each rows_SET.c.
+ * The loops of rows.h for the encodings of chunks: codes in three bits each, and what the delta
+ * encoding's predictors leave of a block row. Included once by each rows_SET.c.
  */
+#include "core/base/bytes.h"
+#include "core/base/codes.h"
 #include "core/base/delta.h"
 #include "core/rows/rows.h"
+
+/* ---- codes ---------------------------------------------------------------------------------- */
+
+#define CODE_WORDS (DX_ROWS_CELLS / 8)
+
+/* Each store mends what the one before wrote too much. */
+static void pack_codes_rows(uint8_t *restrict out, const uint8_t *code, uint32_t n_rows)
+{
+    uint64_t word[CODE_WORDS * DX_ROWS_CELLS];
+    const uint32_t n = CODE_WORDS * n_rows;
+
+    for (uint32_t k = 0; k < n; k++)
+        word[k] = dx_codes_pack8(dx_get_u64(code + 8 * (size_t)k));
+    for (uint32_t k = 0; k < n; k++)
+        dx_put_u32(out + 3 * (size_t)k, (uint32_t)word[k]);
+}
+
+/* A byte of the sum is up to 128. */
+static uint32_t count_triangles_rows(const uint8_t *code, uint32_t n_rows)
+{
+    uint64_t sum[CODE_WORDS] = {0};
+    uint32_t n = 0;
+
+    for (uint32_t i = 0; i < n_rows; i++, code += DX_ROWS_CELLS)
+        for (uint32_t k = 0; k < CODE_WORDS; k++)
+            sum[k] += dx_codes_triangles8(dx_get_u64(code + 8 * k));
+    for (uint32_t k = 0; k < DX_ROWS_CELLS; k++)
+        n += sum[k / 8] >> 8 * (k % 8) & 0xff;
+    return n;
+}
+
+/* ---- delta ---------------------------------------------------------------------------------- */
 
 /* What is known of each dexel's neighbours. Where they are not all used, one stands for the three:
  * W, else N, else what the caller knows. */

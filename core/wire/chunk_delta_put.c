@@ -2,9 +2,10 @@
  * Encoder of the delta encoding: cell codes in groups of eight, ranges as residuals of the
  * predictor that makes the fewest bits of them. Pure functions.
  */
+#include "core/base/codes.h"
 #include "core/base/delta.h"
-#include "core/wire/bits.h"
 #include "core/rows/rows.h"
+#include "core/wire/bits.h"
 #include "core/wire/chunk_parts.h"
 
 #include <string.h>
@@ -34,7 +35,7 @@ static void put_group(struct dx_bit_writer *b, uint64_t x, unsigned n)
         dx_put_bits(b, 3, 3);
     } else {
         dx_put_bits(b, 7, 3);
-        dx_put_bits(b, dx_codes_pack8(x), 3 * n);
+        dx_put_bits(b, (uint32_t)dx_codes_pack8(x), 3 * n);
     }
 }
 

@@ -3,6 +3,7 @@
  * that a subscriber survives whatever a server sends. Pure functions.
  */
 #include "core/grid/octahedral.h"
+#include "core/rows/rows.h"
 #include "core/wire/bits.h"
 #include "core/wire/chunk_parts.h"
 
@@ -205,16 +206,6 @@ static int get_samples(struct dx_tile *tile, const struct dx_used *used, const s
     return 0;
 }
 
-/* Triangles of the cells; codes outside the tile are 0. */
-static uint32_t count_cells(const struct dx_tile *tile)
-{
-    uint32_t n = 0;
-
-    for (uint32_t k = 0; k < sizeof(tile->code); k += 8)
-        n += dx_codes_count8(dx_get_u64(tile->code + k));
-    return n;
-}
-
 static int get_tile(struct dx_tile *tile, const struct dx_chunk_header *h, const struct sections *s,
                     const struct dx_tiling *tiling)
 {
@@ -226,7 +217,10 @@ static int get_tile(struct dx_tile *tile, const struct dx_chunk_header *h, const
     p = delta ? dx_delta_get_codes(tile, p, end) : get_codes(tile, p, end);
     if (p)
         p = dx_chunk_get_struts(tile, p, end, tiling, &n_triangles);
-    if (!p || n_triangles + count_cells(tile) != h->n_triangles)
+    if (!p)
+        return -EBADMSG;
+    n_triangles += dx_rows_get(DX_SIMD_AUTO)->count_triangles(tile->code, DX_TILE_CELLS);
+    if (n_triangles != h->n_triangles)
         return -EBADMSG;
     dx_used_mark(&used, tile->code, tile->strut);
     if (dx_used_count(&used) != h->n_vertices)

@@ -25,25 +25,6 @@ static inline bool dx_chunk_in_grid(const struct dx_tiling *t, uint32_t row, uin
            (t->wrap || (j >= 0 && j < t->width));
 }
 
-/* ---- cell codes ----------------------------------------------------------------------------- */
-
-/* Eight codes, one a byte, to 24 bits. */
-static inline uint32_t dx_codes_pack8(uint64_t x)
-{
-    x = (x | x >> 5) & 0x003f003f003f003fu;
-    x = (x | x >> 10) & 0x00000fff00000fffu;
-    return (uint32_t)((x | x >> 20) & 0xffffffu);
-}
-
-/* Triangles of eight codes, one a byte: one for each code but 0, one more for 3 and 6. */
-static inline uint32_t dx_codes_count8(uint64_t x)
-{
-    const uint64_t ones = 0x0101010101010101u;
-    uint64_t some = (x | x >> 1 | x >> 2) & ones, two = (x >> 1) & (x ^ x >> 2) & ones;
-
-    return (uint32_t)(((some + two) * ones) >> 56);
-}
-
 /* ---- struts: chunk_struts.c ----------------------------------------------------------------- */
 
 uint8_t *dx_chunk_put_struts(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used);

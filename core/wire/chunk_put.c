@@ -2,6 +2,7 @@
  * Chunk encoders: the last step of the frame path before the socket, called by pool threads on
  * memory of the feed's arena. Pure functions.
  */
+#include "core/base/codes.h"
 #include "core/rows/rows.h"
 #include "core/wire/bits.h"
 #include "core/wire/chunk_parts.h"
@@ -113,20 +114,14 @@ size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
 
 /* ---- q16 and delta: a tile as it is --------------------------------------------------------- */
 
-/* Rows of whole tiles fill whole bytes. What is written too much (a byte) the next part mends. */
-static uint8_t *put_whole_codes(uint8_t *out, const struct dx_tile *tile)
-{
-    for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8, out += 3)
-        dx_put_u32(out, dx_codes_pack8(dx_get_u64(tile->code + k)));
-    return out;
-}
-
 static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
 {
     struct dx_bit_writer b = {out, 0, 0};
 
-    if (tile->cell_cols == DX_TILE_CELLS)
-        return put_whole_codes(out, tile);
+    if (tile->cell_cols == DX_TILE_CELLS) { /* whole bytes; the next part mends what is too much */
+        dx_rows_get(DX_SIMD_AUTO)->pack_codes(out, tile->code, tile->cell_rows);
+        return out + tile->cell_rows * (size_t)(3 * DX_TILE_CELLS / 8);
+    }
     for (uint32_t i = 0; i < tile->cell_rows; i++) {
         const uint8_t *code = tile->code + DX_TILE_CELLS * i;
 
@@ -134,7 +129,8 @@ static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
         for (uint32_t j = 0; j < tile->cell_cols; j += 8) {
             const uint32_t left = tile->cell_cols - j;
 
-            dx_put_bits(&b, dx_codes_pack8(dx_get_u64(code + j)), 3 * (left < 8 ? left : 8));
+            dx_put_bits(&b, (uint32_t)dx_codes_pack8(dx_get_u64(code + j)),
+                        3 * (left < 8 ? left : 8));
         }
     }
     return dx_end_bits(&b);
@@ -174,10 +170,8 @@ static uint8_t *put_tile_normals(uint8_t *p, const struct dx_tile *tile, const s
 
 static uint32_t count_triangles(const struct dx_tile *tile, const struct dx_used *used)
 {
-    uint32_t n = 0;
+    uint32_t n = dx_rows_get(DX_SIMD_AUTO)->count_triangles(tile->code, tile->cell_rows);
 
-    for (uint32_t k = 0; k < tile->cell_rows * (uint32_t)DX_TILE_CELLS; k += 8)
-        n += dx_codes_count8(dx_get_u64(tile->code + k));
     for (uint32_t i = 0; used->has_struts && i < DX_BLOCK; i++)
         for (dx_bits row = used->strut[i]; row; row &= row - 1) {
             const uint8_t code = tile->strut[i * DX_BLOCK + dx_bits_first(row)];

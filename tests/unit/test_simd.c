@@ -126,12 +126,13 @@ struct outcome {
     dx_bits used[DX_BLOCK];
     uint64_t bit[DX_TILE_CELLS][3], digest[DX_ROWS_LANES];
     uint8_t code[DX_TILE_CELLS * DX_TILE_CELLS];
+    uint8_t packed[3 * DX_TILE_CELLS * DX_TILE_CELLS / 8 + 1];
     uint16_t first[DX_BLOCK + 1], rank[DX_BLOCK_DEXELS];
     uint16_t kept16[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
-    uint32_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
+    uint32_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK], wide[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
     uint16_t index[3 * DX_TILE_MAX_TRIANGLES + DX_ROWS_SLACK];
     float xyz[3 * DX_TILE_MAX_VERTICES + DX_ROWS_SLACK];
-    uint32_t n_kept, n_kept16, n_index, n_floats;
+    uint32_t n_kept, n_kept16, n_index, n_floats, n_triangles;
 };
 
 static void run_cells(struct outcome *o, const struct dx_rows *rows, const struct dx_tile *tile,
@@ -148,12 +149,14 @@ static void run_cells(struct outcome *o, const struct dx_rows *rows, const struc
         index = rows->emit(index, tile->code + i * DX_TILE_CELLS, &ranks, flip);
     }
     o->n_index = (uint32_t)(index - o->index);
+    rows->pack_codes(o->packed, tile->code, DX_TILE_CELLS);
+    o->n_triangles = rows->count_triangles(tile->code, DX_TILE_CELLS);
 }
 
 static void run_loops(struct outcome *o, const struct dx_rows *rows, const struct dx_tile *tile,
                       const struct dx_row_spin *spin, bool flip)
 {
-    uint16_t *kept16 = o->kept16;
+    uint16_t *kept16 = o->kept16, narrow[DX_BLOCK_DEXELS + DX_ROWS_SLACK] = {0};
     uint32_t *kept = o->kept;
     float *xyz = o->xyz;
 
@@ -176,6 +179,9 @@ static void run_loops(struct outcome *o, const struct dx_rows *rows, const struc
         kept = rows->keep(kept, range, o->used[i]);
         kept16 = rows->keep16(kept16, range, o->used[i]);
     }
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        narrow[k] = (uint16_t)tile->range[k];
+    rows->widen(o->wide, narrow, DX_BLOCK, DX_BLOCK);
     o->n_floats = (uint32_t)(xyz - o->xyz);
     o->n_kept = (uint32_t)(kept - o->kept);
     o->n_kept16 = (uint32_t)(kept16 - o->kept16);
@@ -194,20 +200,27 @@ static void check_generic(const struct outcome *o, const struct dx_tile *tile)
         assert_int_equal(o->kept16[n], (uint16_t)tile->range[k]);
         n++;
     }
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        assert_int_equal(o->wide[k], (uint16_t)tile->range[k]);
     for (uint32_t k = 0; k < sizeof(tile->code); k++)
         n_triangles += tile->code[k] == 0 ? 0 : tile->code[k] == 3 || tile->code[k] == 6 ? 2 : 1;
+    for (uint32_t k = 0; k < 3 * sizeof(tile->code); k++)
+        assert_int_equal(o->packed[k / 8] >> k % 8 & 1, tile->code[k / 3] >> k % 3 & 1);
     assert_memory_equal(o->code, tile->code, sizeof(tile->code));
     assert_int_equal(o->first[DX_BLOCK], n);
     assert_int_equal(o->n_kept, n);
     assert_int_equal(o->n_kept16, n);
     assert_int_equal(o->n_floats, 3 * n);
     assert_int_equal(o->n_index, 3 * n_triangles);
+    assert_int_equal(o->n_triangles, n_triangles);
 }
 
 static void assert_same_outcome(const struct outcome *got, const struct outcome *want)
 {
     assert_int_equal(got->n_floats, want->n_floats);
     assert_int_equal(got->n_index, want->n_index);
+    assert_int_equal(got->n_triangles, want->n_triangles);
+    assert_memory_equal(got->packed, want->packed, sizeof(want->packed));
     assert_memory_equal(got->bit, want->bit, sizeof(want->bit));
     assert_memory_equal(got->code, want->code, sizeof(want->code));
     assert_memory_equal(got->digest, want->digest, sizeof(want->digest));
@@ -215,6 +228,7 @@ static void assert_same_outcome(const struct outcome *got, const struct outcome 
     assert_memory_equal(got->rank, want->rank, sizeof(want->rank));
     assert_memory_equal(got->index, want->index, want->n_index * sizeof(*want->index));
     assert_memory_equal(got->xyz, want->xyz, want->n_floats * sizeof(*want->xyz));
+    assert_memory_equal(got->wide, want->wide, sizeof(want->wide));
     assert_int_equal(got->n_kept, want->n_kept);
     assert_memory_equal(got->kept, want->kept, want->n_kept * sizeof(*want->kept));
     assert_int_equal(got->n_kept16, want->n_kept16);
