@@ -68,7 +68,7 @@ void dx_encoder_free(struct dx_encoder *e)
     free(e);
 }
 
-/* The tile in one form; f32 and levels of detail take the mesh. */
+/* The tile in one form; levels of detail are cut from its mesh. */
 static size_t encode_form(const struct dx_encoder *e, struct encode_scratch *s, unsigned form,
                           uint8_t *body)
 {
@@ -76,7 +76,8 @@ static size_t encode_form(const struct dx_encoder *e, struct encode_scratch *s, 
 
     switch (form) {
     case DX_ENCODING_F32:
-        return dx_chunk_put_f32(body, &s->mesh);
+        return dx_chunk_put_f32(body, &s->tile, dx_terrain_tiling(from->terrain),
+                                dx_terrain_geometry(from->terrain));
     case DX_ENCODING_Q16:
         return dx_chunk_put_q16(body, &s->tile);
     case DX_ENCODING_DELTA:
@@ -84,14 +85,14 @@ static size_t encode_form(const struct dx_encoder *e, struct encode_scratch *s, 
     default:
         dx_lod_mesh(&s->cut, from->lod, from->level[form - DX_N_ENCODINGS], &s->tile, &s->mesh,
                     s->lod);
-        return dx_chunk_put_f32(body, &s->cut);
+        return dx_chunk_put_mesh(body, &s->cut);
     }
 }
 
 static bool wants_mesh(const struct encode_job *job)
 {
-    for (unsigned n = 0; n < DX_N_FORMS; n++)
-        if (job->len[n] && !dx_encoding_has_ranges(dx_form_encoding(n)))
+    for (unsigned n = DX_N_ENCODINGS; n < DX_N_FORMS; n++)
+        if (job->len[n])
             return true;
     return false;
 }

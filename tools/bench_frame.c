@@ -1,6 +1,7 @@
 /* Frames, encoding and memory for the benchmarks of a frame: see bench_frame.h. */
 #include "tools/bench_frame.h"
 
+#include "core/base/bytes.h"
 #include "core/grid/marks.h"
 
 #include <errno.h>
@@ -71,7 +72,6 @@ void dx_bench_frames_fini(struct dx_bench_frames *f)
 
 struct scratch {
     struct dx_tile tile;
-    struct dx_tile_mesh mesh;
     uint8_t *body;
     struct dx_bench_encoded done;
 };
@@ -133,10 +133,9 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
     } else if (e->encoding == DX_ENCODING_DELTA) {
         s->done.n_bytes += dx_chunk_put_delta(s->body, &s->tile);
     } else {
-        dx_tile_mesh_build(&s->mesh, &s->tile, dx_terrain_tiling(e->terrain),
-                           dx_terrain_geometry(e->terrain));
-        s->done.n_bytes += dx_chunk_put_f32(s->body, &s->mesh);
-        s->done.n_triangles += s->mesh.n_triangles;
+        s->done.n_bytes += dx_chunk_put_f32(s->body, &s->tile, dx_terrain_tiling(e->terrain),
+                                            dx_terrain_geometry(e->terrain));
+        s->done.n_triangles += dx_get_u16(s->body + DX_CHUNK_TRIANGLES_AT);
     }
 }
 

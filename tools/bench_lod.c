@@ -106,7 +106,7 @@ static void cut_all(struct bench *b)
             continue;
         dx_tile_mesh_build(&b->whole, &b->tile, tiling, b->frames.geometry);
         dx_lod_mesh(&b->cut, b->lod, levels[0], &b->tile, &b->whole, b->scratch);
-        b->n_bytes += dx_chunk_put_f32(b->body, &b->cut);
+        b->n_bytes += dx_chunk_put_mesh(b->body, &b->cut);
     }
 }
 

@@ -169,7 +169,8 @@ static int build_tile(struct scratch *x, const struct dx_terrain *t, int encodin
             dx_lod_mesh(&x->mesh, x->lod, x->level, &x->tile, &x->whole, x->cut);
         if (encoding == DX_OFFLINE_PLAIN)
             return 0;
-        len = dx_chunk_put_f32(x->body, &x->mesh);
+        len = x->lod ? dx_chunk_put_mesh(x->body, &x->mesh)
+                     : dx_chunk_put_f32(x->body, &x->tile, tiling, g);
     }
     if (dx_terrain_params(t)->smooth)
         dx_chunk_set_smoothed(x->body);

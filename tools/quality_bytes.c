@@ -14,7 +14,6 @@ enum { F32, Q16, DELTA, N_ENCODINGS };
 
 struct encoder {
     struct dx_tile tile;
-    struct dx_tile_mesh mesh;
     uint8_t *body;
 };
 
@@ -24,8 +23,7 @@ static size_t encode(struct encoder *e, const struct dx_quality_rig *rig, int en
         return dx_chunk_put_q16(e->body, &e->tile);
     if (encoding == DELTA)
         return dx_chunk_put_delta(e->body, &e->tile);
-    dx_tile_mesh_build(&e->mesh, &e->tile, &rig->tiling, rig->geometry);
-    return dx_chunk_put_f32(e->body, &e->mesh);
+    return dx_chunk_put_f32(e->body, &e->tile, &rig->tiling, rig->geometry);
 }
 
 /* Bytes of all chunks of the rig's mesh, without the messages around them. */

@@ -11,6 +11,11 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Elements of a message in place: they begin at any byte. In the host's order until they are whole
+ * (dx_order_...). */
+typedef float dx_packed_f32 __attribute__((aligned(1), may_alias));
+typedef uint16_t dx_packed_u16 __attribute__((aligned(1), may_alias));
+
 static inline void dx_put_u16(uint8_t *p, uint16_t v)
 {
     p[0] = (uint8_t)v;
@@ -114,6 +119,19 @@ static inline void dx_put_f32s(uint8_t *p, const float *v, size_t n)
     }
     for (size_t i = 0; i < n; i++)
         dx_put_u32(p + 4 * i, dx_f32_bits(v[i]));
+}
+
+/* n elements that were written in place. */
+static inline void dx_order_f32s(uint8_t *p, size_t n)
+{
+    for (size_t i = 0; i < n && !dx_host_is_little_endian(); i++)
+        dx_put_u32(p + 4 * i, dx_f32_bits(((const dx_packed_f32 *)p)[i]));
+}
+
+static inline void dx_order_u16s(uint8_t *p, size_t n)
+{
+    for (size_t i = 0; i < n && !dx_host_is_little_endian(); i++)
+        dx_put_u16(p + 2 * i, ((const dx_packed_u16 *)p)[i]);
 }
 
 static inline void dx_get_f32s(float *v, const uint8_t *p, size_t n)

@@ -22,8 +22,8 @@ uint32_t dx_tile_mask(const struct dx_tile *tile, uint8_t mask[DX_MASK_BYTES])
     return dx_used_count(&used);
 }
 
-static uint16_t *emit_cells(uint16_t *out, const struct dx_tile *tile, const struct dx_used *used,
-                            bool flip)
+static dx_packed_u16 *emit_cells(dx_packed_u16 *out, const struct dx_tile *tile,
+                                 const struct dx_used *used, bool flip)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
 
@@ -36,7 +36,7 @@ static uint16_t *emit_cells(uint16_t *out, const struct dx_tile *tile, const str
     return out;
 }
 
-static uint16_t *emit_strut(uint16_t *out, const uint16_t *rank, uint8_t code, bool flip)
+static dx_packed_u16 *emit_strut(dx_packed_u16 *out, const uint16_t *rank, uint8_t code, bool flip)
 {
     struct dx_strut_corner triangle[DX_STRUT_MAX_TRIANGLES][3];
     const unsigned n = dx_strut_triangles(triangle, code);
@@ -51,8 +51,8 @@ static uint16_t *emit_strut(uint16_t *out, const uint16_t *rank, uint8_t code, b
 }
 
 /* Both triangles are written, and kept if they are there. */
-static uint16_t *emit_lone(uint16_t *out, const uint16_t *rank, const struct dx_lone_strut *s,
-                           bool flip)
+static dx_packed_u16 *emit_lone(dx_packed_u16 *out, const uint16_t *rank,
+                                const struct dx_lone_strut *s, bool flip)
 {
     const int along = s->across ? 1 : DX_BLOCK, beside = s->across ? DX_BLOCK : 1;
     const uint16_t begin = rank[-along], end = rank[along];
@@ -68,8 +68,8 @@ static uint16_t *emit_lone(uint16_t *out, const uint16_t *rank, const struct dx_
     return out + 3 * s->second;
 }
 
-static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile, const struct dx_used *used,
-                             bool flip)
+static dx_packed_u16 *emit_struts(dx_packed_u16 *out, const struct dx_tile *tile,
+                                  const struct dx_used *used, bool flip)
 {
     uint16_t rank[DX_RANK_ROOM];
 
@@ -88,9 +88,9 @@ static uint16_t *emit_struts(uint16_t *out, const struct dx_tile *tile, const st
 }
 
 uint32_t dx_tile_emit(const struct dx_tile *tile, const struct dx_used *used, bool flip,
-                      uint16_t *index)
+                      dx_packed_u16 *index)
 {
-    uint16_t *out = emit_cells(index, tile, used, flip);
+    dx_packed_u16 *out = emit_cells(index, tile, used, flip);
 
     if (used->has_struts)
         out = emit_struts(out, tile, used, flip);

@@ -34,8 +34,8 @@ static void find_columns(struct columns *col, const struct dx_tile *tile,
 }
 
 /* The points of one block row, stored one after the other: each is written, and kept if used. */
-static float *row_points(float *out, const struct dx_geometry *g, uint32_t row, struct columns *col,
-                         const uint32_t *range, dx_bits used)
+static dx_packed_f32 *row_points(dx_packed_f32 *out, const struct dx_geometry *g, uint32_t row,
+                                 struct columns *col, const uint32_t *range, dx_bits used)
 {
     if (g->model == DX_MODEL_SPINNING) {
         col->spin.row = g->table + 2 * (size_t)g->width + 6 * (size_t)row;
@@ -43,17 +43,31 @@ static float *row_points(float *out, const struct dx_geometry *g, uint32_t row, 
     }
     for (; used; used &= used - 1, out += 3) {
         const uint32_t j = dx_bits_first(used);
+        float xyz[3];
 
-        dx_geometry_point(g, row, col->at[j], range[j], out);
+        dx_geometry_point(g, row, col->at[j], range[j], xyz);
+        memcpy(out, xyz, sizeof(xyz));
     }
     return out;
 }
 
-static void geometry_points(float *xyz, const struct dx_tile *tile, const struct dx_used *used,
-                            const struct dx_tiling *tiling, const struct dx_geometry *g)
+static void exact_points(dx_packed_f32 *out, const struct dx_tile *tile, const struct dx_used *used)
+{
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        for (dx_bits row = used->row[i]; row; row &= row - 1, out += 3)
+            memcpy(out, tile->xyz + 3 * ((size_t)i * DX_BLOCK + dx_bits_first(row)),
+                   3 * sizeof(*tile->xyz));
+}
+
+void dx_tile_points(const struct dx_tile *tile, const struct dx_used *used,
+                    const struct dx_tiling *tiling, const struct dx_geometry *g, dx_packed_f32 *xyz)
 {
     struct columns col;
 
+    if (tile->exact) {
+        exact_points(xyz, tile, used);
+        return;
+    }
     find_columns(&col, tile, tiling, g);
     for (uint32_t i = 0; i < DX_BLOCK; i++)
         if (used->row[i]) /* a row outside the grid has no vertex */
@@ -61,7 +75,7 @@ static void geometry_points(float *xyz, const struct dx_tile *tile, const struct
                              tile->range + (size_t)i * DX_BLOCK, used->row[i]);
 }
 
-/* Points, attributes and normals that a tile has as they are, from block order to rank order. */
+/* Attributes and normals, from block order to rank order. */
 static void take_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
                          const struct dx_used *used)
 {
@@ -71,8 +85,6 @@ static void take_samples(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
         for (dx_bits row = used->row[i]; row; row &= row - 1, n++) {
             const size_t k = (size_t)i * DX_BLOCK + dx_bits_first(row);
 
-            if (tile->exact)
-                memcpy(mesh->xyz + 3 * (size_t)n, tile->xyz + 3 * k, 3 * sizeof(*mesh->xyz));
             if (tile->attr_bytes)
                 mesh->attr[n] = tile->attr[k];
             if (tile->has_normals)
@@ -93,8 +105,7 @@ void dx_tile_mesh_build(struct dx_tile_mesh *mesh, const struct dx_tile *tile,
     dx_used_pack(&used, mesh->mask);
     mesh->n_vertices = dx_used_count(&used);
     mesh->n_triangles = dx_tile_emit(tile, &used, g->flip, mesh->index);
-    if (!tile->exact)
-        geometry_points(mesh->xyz, tile, &used, tiling, g);
-    if (tile->exact || tile->attr_bytes || tile->has_normals)
+    dx_tile_points(tile, &used, tiling, g, mesh->xyz);
+    if (tile->attr_bytes || tile->has_normals)
         take_samples(mesh, tile, &used);
 }

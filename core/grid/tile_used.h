@@ -48,6 +48,12 @@ void dx_used_rank(const struct dx_used *used, uint16_t rank[DX_RANK_ROOM]);
  * returns how many. Oriented to face the scanner (`flip` is the geometry's). `index` has the room
  * of struct dx_tile_mesh. */
 uint32_t dx_tile_emit(const struct dx_tile *tile, const struct dx_used *used, bool flip,
-                      uint16_t *index);
+                      dx_packed_u16 *index);
+
+/* Points of the used dexels in rank order, as they came or under the geometry, metres, scanner
+ * frame. `xyz` has the room of struct dx_tile_mesh. */
+void dx_tile_points(const struct dx_tile *tile, const struct dx_used *used,
+                    const struct dx_tiling *tiling, const struct dx_geometry *g,
+                    dx_packed_f32 *xyz);
 
 #endif

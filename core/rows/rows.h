@@ -10,6 +10,7 @@
 #ifndef DX_ROWS_H
 #define DX_ROWS_H
 
+#include "core/base/bytes.h"
 #include "core/base/delta.h"
 #include "core/rows/row_bits.h"
 #include "core/rows/smoother.h"
@@ -297,11 +298,12 @@ struct dx_rows {
 
     /* Points of the used dexels of a block row, metres, one after the other. Returns where the next
      * one goes. */
-    float *(*spin)(float *out, const struct dx_row_spin *spin, const uint32_t *range, dx_bits used);
+    dx_packed_f32 *(*spin)(dx_packed_f32 *out, const struct dx_row_spin *spin,
+                           const uint32_t *range, dx_bits used);
 
     /* Triangles of a row of cells, as ranks of their corners. */
-    uint16_t *(*emit)(uint16_t *out, const uint8_t *code, const struct dx_row_ranks *ranks,
-                      bool flip);
+    dx_packed_u16 *(*emit)(dx_packed_u16 *out, const uint8_t *code,
+                           const struct dx_row_ranks *ranks, bool flip);
 
     /* ---- encodings: block rows of tiles ---- */
 

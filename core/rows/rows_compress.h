@@ -23,7 +23,7 @@ static const int32_t points_z[3][16] = {
 };
 static const __mmask16 points_are_z[3] = {0x4924, 0x2492, 0x9249};
 
-static inline void put_points(float *out, __m512 x, __m512 y, __m512 z)
+static inline void put_points(dx_packed_f32 *out, __m512 x, __m512 y, __m512 z)
 {
     for (int k = 0; k < 3; k++) {
         const __m512 xy = _mm512_permutex2var_ps(x, _mm512_loadu_si512(points_xy[k]), y);
@@ -33,8 +33,8 @@ static inline void put_points(float *out, __m512 x, __m512 y, __m512 z)
     }
 }
 
-static float *spin_row(float *out, const struct dx_row_spin *spin, const uint32_t *range,
-                       dx_bits used)
+static dx_packed_f32 *spin_row(dx_packed_f32 *out, const struct dx_row_spin *spin,
+                               const uint32_t *range, dx_bits used)
 {
     float x[DX_ROWS_N], y[DX_ROWS_N], z[DX_ROWS_N];
 
@@ -137,8 +137,8 @@ static void rank_row(uint16_t *rank, dx_bits used, uint16_t first)
 }
 
 /* Sixteen cells: of 32 ranks above and below, the first 17. */
-static inline uint16_t *emit_sixteen(uint16_t *out, const uint8_t *code, __m512i top,
-                                     __m512i bottom, const struct index_lanes *l)
+static inline dx_packed_u16 *emit_sixteen(dx_packed_u16 *out, const uint8_t *code, __m512i top,
+                                          __m512i bottom, const struct index_lanes *l)
 {
     static const uint8_t outcomes[16] = OUTCOMES;
     const __m128i codes = _mm_loadu_si128((const __m128i *)code);
@@ -160,8 +160,8 @@ static inline uint16_t *emit_sixteen(uint16_t *out, const uint8_t *code, __m512i
 }
 
 /* No branch on what a cell is: noise makes the diagonals a coin toss, and drop-outs the rest. */
-static uint16_t *emit_row(uint16_t *out, const uint8_t *code, const struct dx_row_ranks *ranks,
-                          bool flip)
+static dx_packed_u16 *emit_row(dx_packed_u16 *out, const uint8_t *code,
+                               const struct dx_row_ranks *ranks, bool flip)
 {
     uint32_t a = ranks->first_top + (uint32_t)(ranks->top & 1);
     uint32_t d = ranks->first_bottom + (uint32_t)(ranks->bottom & 1);

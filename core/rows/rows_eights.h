@@ -25,8 +25,9 @@ static inline bool are_used(dx_bits used, uint32_t j)
 /* ---- points --------------------------------------------------------------------------------- */
 
 /* Columns [j, end): each is written, and kept if it is used. */
-static inline float *keep_points(float *restrict out, const float *x, const float *y,
-                                 const float *z, dx_bits used, uint32_t j, uint32_t end)
+static inline dx_packed_f32 *keep_points(dx_packed_f32 *restrict out, const float *x,
+                                         const float *y, const float *z, dx_bits used, uint32_t j,
+                                         uint32_t end)
 {
     for (; j < end; j++) {
         out[0] = x[j];
@@ -37,8 +38,8 @@ static inline float *keep_points(float *restrict out, const float *x, const floa
     return out;
 }
 
-static float *spin_row(float *restrict out, const struct dx_row_spin *spin, const uint32_t *range,
-                       dx_bits used)
+static dx_packed_f32 *spin_row(dx_packed_f32 *restrict out, const struct dx_row_spin *spin,
+                               const uint32_t *range, dx_bits used)
 {
     float x[DX_ROWS_N], y[DX_ROWS_N], z[DX_ROWS_N];
 
@@ -150,8 +151,8 @@ static void rank_row(uint16_t *restrict rank, dx_bits used, uint16_t first)
 
 /* No branch on what a cell is: noise makes the diagonals a coin toss, and drop-outs the rest. All
  * corners of full cells are used, so that their ranks follow each other. */
-static uint16_t *emit_row(uint16_t *restrict out, const uint8_t *code,
-                          const struct dx_row_ranks *ranks, bool flip)
+static dx_packed_u16 *emit_row(dx_packed_u16 *restrict out, const uint8_t *code,
+                               const struct dx_row_ranks *ranks, bool flip)
 {
     const uint64_t top = (uint64_t)(ranks->top >> 1), bottom = (uint64_t)(ranks->bottom >> 1);
     uint16_t a[9] = {[8] = (uint16_t)(ranks->first_top + (ranks->top & 1))};

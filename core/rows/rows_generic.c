@@ -122,7 +122,8 @@ static inline void put_ranks(uint16_t *out, uint64_t before, uint32_t n)
 }
 
 /* Eight points. */
-static inline void put_points(float *restrict out, const float *x, const float *y, const float *z)
+static inline void put_points(dx_packed_f32 *restrict out, const float *x, const float *y,
+                              const float *z)
 {
     for (int k = 0; k < 8; k++) {
         out[3 * k] = x[k];
@@ -133,7 +134,7 @@ static inline void put_points(float *restrict out, const float *x, const float *
 
 /* At least six indices, two bytes each, of the corners a, b, d, c: those that `bytes` names
  * (rows_eights.h). */
-static inline void put_corners(uint16_t *out, const uint16_t *top, const uint16_t *bottom,
+static inline void put_corners(dx_packed_u16 *out, const uint16_t *top, const uint16_t *bottom,
                                const uint8_t bytes[16])
 {
     const uint16_t corner[4] = {top[0], top[1], bottom[0], bottom[1]};
@@ -145,7 +146,7 @@ static inline void put_corners(uint16_t *out, const uint16_t *top, const uint16_
 /* Eight full cells whose corners a and d have ranks from a and d on; bit 8 k of on_bd: cell k is
  * cut from b to d. Triangles a, b, c or d and a or b, c, d; flipped, their last two change places.
  */
-static inline void put_full(uint16_t *restrict out, uint64_t on_bd, uint16_t a, uint16_t d,
+static inline void put_full(dx_packed_u16 *restrict out, uint64_t on_bd, uint16_t a, uint16_t d,
                             bool flip)
 {
     for (int k = 0; k < 8; k++, out += 6) {

@@ -13,7 +13,8 @@ static inline void put_ranks(uint16_t *out, uint64_t before, uint32_t n)
 
 /* Every third lane of each store is of one coordinate: turned once, it is where all three want it.
  */
-static inline void put_points(float *restrict out, const float *x, const float *y, const float *z)
+static inline void put_points(dx_packed_f32 *restrict out, const float *x, const float *y,
+                              const float *z)
 {
     const __m256i turn_x = _mm256_setr_epi32(0, 3, 6, 1, 4, 7, 2, 5);
     const __m256i turn_y = _mm256_setr_epi32(5, 0, 3, 6, 1, 4, 7, 2);
@@ -21,13 +22,14 @@ static inline void put_points(float *restrict out, const float *x, const float *
     const __m256 px = _mm256_permutevar8x32_ps(_mm256_loadu_ps(x), turn_x);
     const __m256 py = _mm256_permutevar8x32_ps(_mm256_loadu_ps(y), turn_y);
     const __m256 pz = _mm256_permutevar8x32_ps(_mm256_loadu_ps(z), turn_z);
+    float *to = (float *)out; /* not aligned: a store that need not be */
 
-    _mm256_storeu_ps(out, _mm256_blend_ps(_mm256_blend_ps(px, py, 0x92), pz, 0x24));
-    _mm256_storeu_ps(out + 8, _mm256_blend_ps(_mm256_blend_ps(px, py, 0x24), pz, 0x49));
-    _mm256_storeu_ps(out + 16, _mm256_blend_ps(_mm256_blend_ps(px, py, 0x49), pz, 0x92));
+    _mm256_storeu_ps(to, _mm256_blend_ps(_mm256_blend_ps(px, py, 0x92), pz, 0x24));
+    _mm256_storeu_ps(to + 8, _mm256_blend_ps(_mm256_blend_ps(px, py, 0x24), pz, 0x49));
+    _mm256_storeu_ps(to + 16, _mm256_blend_ps(_mm256_blend_ps(px, py, 0x49), pz, 0x92));
 }
 
-static inline void put_corners(uint16_t *out, const uint16_t *top, const uint16_t *bottom,
+static inline void put_corners(dx_packed_u16 *out, const uint16_t *top, const uint16_t *bottom,
                                const uint8_t bytes[16])
 {
     uint32_t ab, dc;
@@ -69,7 +71,7 @@ static inline __m256i load_lanes(const void *p)
     return _mm256_loadu_si256((const __m256i *)p);
 }
 
-static inline void put_full(uint16_t *restrict out, uint64_t on_bd, uint16_t a, uint16_t d,
+static inline void put_full(dx_packed_u16 *restrict out, uint64_t on_bd, uint16_t a, uint16_t d,
                             bool flip)
 {
     const struct full_lanes *l = &full_lanes[flip];

@@ -21,22 +21,24 @@
 #include "core/grid/tile.h"
 #include "core/wire/wire.h"
 
-#define DX_CHUNK_HEADER_LEN  10
-#define DX_CHUNK_SECTIONS_AT 5     /* where the header keeps them */
-#define DX_CHUNK_ATTR8       0x01u /* section bits */
-#define DX_CHUNK_ATTR16      0x02u
-#define DX_CHUNK_NORMALS     0x04u
-#define DX_CHUNK_SMOOTHED    0x08u /* of no section: the vertices are no samples */
+#define DX_CHUNK_HEADER_LEN   10
+#define DX_CHUNK_SECTIONS_AT  5     /* where the header keeps them */
+#define DX_CHUNK_TRIANGLES_AT 8     /* and how many there are */
+#define DX_CHUNK_ATTR8        0x01u /* section bits */
+#define DX_CHUNK_ATTR16       0x02u
+#define DX_CHUNK_NORMALS      0x04u
+#define DX_CHUNK_SMOOTHED     0x08u /* of no section: the vertices are no samples */
 
 /* The longest chunk of an encoding (with a 16-bit attribute and normals). */
 size_t dx_chunk_max_len(enum dx_encoding encoding);
 
-/* Encodes a tile into `out` (of dx_chunk_max_len) and returns the length. f32 takes `mesh` (built
- * from `tile` by the caller, so that it can be shared); the others take the tile alone. q16 needs
- * 16-bit ranges. */
-size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh);
+/* Encodes a tile into `out` (of dx_chunk_max_len) and returns the length. f32 makes its points
+ * under the geometry; q16 needs 16-bit ranges. A mesh that is not the whole tile's goes as f32. */
+size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile *tile, const struct dx_tiling *tiling,
+                        const struct dx_geometry *g);
 size_t dx_chunk_put_q16(uint8_t *out, const struct dx_tile *tile);
 size_t dx_chunk_put_delta(uint8_t *out, const struct dx_tile *tile);
+size_t dx_chunk_put_mesh(uint8_t *out, const struct dx_tile_mesh *mesh);
 size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile_row,
                           uint32_t tile_col);
 

@@ -56,7 +56,7 @@ size_t dx_chunk_put_empty(uint8_t *out, enum dx_encoding encoding, uint32_t tile
 
 void dx_chunk_set_smoothed(uint8_t *chunk)
 {
-    if (dx_get_u16(chunk + 8))
+    if (dx_get_u16(chunk + DX_CHUNK_TRIANGLES_AT))
         chunk[DX_CHUNK_SECTIONS_AT] |= DX_CHUNK_SMOOTHED;
 }
 
@@ -73,7 +73,8 @@ void dx_chunk_cut(struct dx_chunk_cut *cut, const uint8_t *header, uint32_t len,
     cut->len = len - cut->skip - (drop & DX_CHUNK_NORMALS ? 2 * n : 0);
 }
 
-/* ---- f32 ------------------------------------------------------------------------------------ */
+/* ---- a mesh as f32
+ * ------------------------------------------------------------------------------------ */
 
 static uint8_t *put_attrs(uint8_t *p, const uint16_t *attr, size_t n, uint8_t attr_bytes)
 {
@@ -84,7 +85,7 @@ static uint8_t *put_attrs(uint8_t *p, const uint16_t *attr, size_t n, uint8_t at
     return p + n * attr_bytes;
 }
 
-size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
+size_t dx_chunk_put_mesh(uint8_t *out, const struct dx_tile_mesh *mesh)
 {
     const struct dx_chunk_header h = {.row = mesh->row,
                                       .col = mesh->col,
@@ -112,7 +113,7 @@ size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile_mesh *mesh)
     return (size_t)(p - out);
 }
 
-/* ---- q16 and delta: a tile as it is --------------------------------------------------------- */
+/* ---- a tile as it is --------------------------------------------------------- */
 
 static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
 {
@@ -184,20 +185,55 @@ static uint32_t count_triangles(const struct dx_tile *tile, const struct dx_used
     return n;
 }
 
+static struct dx_chunk_header header_of(const struct dx_tile *tile, enum dx_encoding encoding,
+                                        const struct dx_used *used)
+{
+    return (struct dx_chunk_header){.row = tile->row,
+                                    .col = tile->col,
+                                    .encoding = (uint8_t)encoding,
+                                    .attr_bytes = tile->attr_bytes,
+                                    .has_normals = tile->has_normals,
+                                    .n_vertices = (uint16_t)dx_used_count(used)};
+}
+
+/* Points and indices are made where they belong. What is written too much behind them
+ * (DX_ROWS_SLACK) the next part mends; behind the last one is the room of attributes and normals
+ * that are not there. */
+size_t dx_chunk_put_f32(uint8_t *out, const struct dx_tile *tile, const struct dx_tiling *tiling,
+                        const struct dx_geometry *g)
+{
+    struct dx_chunk_header h;
+    struct dx_used used;
+    size_t n_indices;
+    uint8_t *p;
+
+    dx_used_mark(&used, tile->code, tile->strut);
+    h = header_of(tile, DX_ENCODING_F32, &used);
+    if (h.n_vertices == 0)
+        return dx_chunk_put_empty(out, DX_ENCODING_F32, tile->row, tile->col);
+    p = put_tile_attrs(out + DX_CHUNK_HEADER_LEN, tile, &used);
+    dx_used_pack(&used, p);
+    p += DX_MASK_BYTES;
+    dx_tile_points(tile, &used, tiling, g, (dx_packed_f32 *)p);
+    dx_order_f32s(p, 3 * (size_t)h.n_vertices);
+    p += 12 * (size_t)h.n_vertices;
+    h.n_triangles = (uint16_t)dx_tile_emit(tile, &used, g->flip, (dx_packed_u16 *)p);
+    n_indices = 3 * (size_t)h.n_triangles;
+    dx_order_u16s(p, n_indices);
+    put_header(out, &h);
+    return (size_t)(put_tile_normals(p + 2 * n_indices, tile, &used) - out);
+}
+
 static size_t put_tile(uint8_t *out, const struct dx_tile *tile, enum dx_encoding encoding)
 {
-    struct dx_chunk_header h = {.row = tile->row,
-                                .col = tile->col,
-                                .encoding = (uint8_t)encoding,
-                                .attr_bytes = tile->attr_bytes,
-                                .has_normals = tile->has_normals};
+    struct dx_chunk_header h;
     struct dx_used used;
     uint8_t *p;
 
     dx_used_mark(&used, tile->code, tile->strut);
-    if (dx_used_count(&used) == 0)
+    h = header_of(tile, encoding, &used);
+    if (h.n_vertices == 0)
         return dx_chunk_put_empty(out, encoding, tile->row, tile->col);
-    h.n_vertices = (uint16_t)dx_used_count(&used);
     h.n_triangles = (uint16_t)count_triangles(tile, &used);
     p = put_tile_attrs(put_header(out, &h), tile, &used);
     if (encoding == DX_ENCODING_Q16) {

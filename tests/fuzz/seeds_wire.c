@@ -43,7 +43,6 @@ static void save(const char *name, enum target target, const uint8_t *head, size
 static void save_chunks(void)
 {
     static struct dx_tile tile;
-    static struct dx_tile_mesh mesh;
     static uint8_t chunk[DX_WIRE_MAX_BODY];
 
     for (uint8_t i = 0; i < 6; i++) {
@@ -56,12 +55,11 @@ static void save_chunks(void)
         fixture_tile(&tile, &t, 3, i % 3, i < 3 ? 30 : 250, &rng);
         if (i / 2 & 1)
             fixture_normals(&tile, &rng);
-        dx_tile_mesh_build(&mesh, &tile, &t, g);
         for (enum dx_encoding e = 0; e < DX_N_ENCODINGS; e++) {
             char name[64];
 
             snprintf(name, sizeof(name), "chunk-%s-%d", dx_encoding_name(e), i);
-            save(name, CHUNK, &wrap, 1, chunk, fixture_chunk(chunk, e, &tile, &mesh));
+            save(name, CHUNK, &wrap, 1, chunk, fixture_chunk(chunk, e, &tile, &t, g));
         }
         dx_geometry_unref(g);
     }

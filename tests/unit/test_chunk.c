@@ -12,16 +12,20 @@
 
 static struct dx_tile tile;
 static struct dx_tile_mesh want, got;
-static uint8_t chunk[DX_WIRE_MAX_BODY];
+static uint8_t chunk[DX_WIRE_MAX_BODY], of_mesh[DX_WIRE_MAX_BODY];
 
 static size_t encode(enum dx_encoding e, const struct dx_tiling *t, const struct dx_geometry *g)
 {
     size_t len;
 
     dx_tile_mesh_build(&want, &tile, t, g);
-    len = fixture_chunk(chunk, e, &tile, &want);
+    len = fixture_chunk(chunk, e, &tile, t, g);
     assert_true(len <= dx_chunk_max_len(e));
     assert_true(len <= DX_WIRE_MAX_BODY);
+    if (e == DX_ENCODING_F32) {
+        assert_int_equal(dx_chunk_put_mesh(of_mesh, &want), len);
+        assert_memory_equal(of_mesh, chunk, len);
+    }
     return len;
 }
 

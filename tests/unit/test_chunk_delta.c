@@ -20,7 +20,7 @@ static size_t encode(enum dx_encoding e, const struct dx_tiling *t, const struct
     size_t len;
 
     dx_tile_mesh_build(&want, &tile, t, g);
-    len = fixture_chunk(chunk, e, &tile, &want);
+    len = fixture_chunk(chunk, e, &tile, t, g);
     assert_true(len <= dx_chunk_max_len(e));
     return len;
 }

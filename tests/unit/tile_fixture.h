@@ -149,13 +149,13 @@ static inline void fixture_small_tile(struct dx_tile *tile)
         tile->range[(i / 3 + 1) * DX_BLOCK + i % 3 + 1] = 1000 + i;
 }
 
-/* A tile's chunk; f32 by way of `mesh`, which is built. */
+/* A tile's chunk. */
 static inline size_t fixture_chunk(uint8_t *body, enum dx_encoding e, const struct dx_tile *tile,
-                                   const struct dx_tile_mesh *mesh)
+                                   const struct dx_tiling *tiling, const struct dx_geometry *g)
 {
     switch (e) {
     case DX_ENCODING_F32:
-        return dx_chunk_put_f32(body, mesh);
+        return dx_chunk_put_f32(body, tile, tiling, g);
     case DX_ENCODING_Q16:
         return dx_chunk_put_q16(body, tile);
     default:
@@ -296,12 +296,10 @@ static inline void script_tile(struct script *s, enum dx_encoding encoding, uint
                                const struct dx_tile *tile, const struct dx_tiling *tiling,
                                const struct dx_geometry *g)
 {
-    static struct dx_tile_mesh mesh;
     static uint8_t body[DX_WIRE_MAX_BODY];
     size_t len;
 
-    dx_tile_mesh_build(&mesh, tile, tiling, g);
-    len = fixture_chunk(body, encoding, tile, &mesh);
+    len = fixture_chunk(body, encoding, tile, tiling, g);
     assert(len <= dx_chunk_max_len(encoding));
     script_message(s, DX_MSG_TILE, 0, epoch, body, len);
 }
