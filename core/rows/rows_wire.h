@@ -33,7 +33,7 @@ static uint32_t count_triangles_rows(const uint8_t *code, uint32_t n_rows)
         for (uint32_t k = 0; k < CODE_WORDS; k++)
             sum[k] += dx_codes_triangles8(dx_get_u64(code + 8 * k));
     for (uint32_t k = 0; k < DX_ROWS_CELLS; k++)
-        n += sum[k / 8] >> 8 * (k % 8) & 0xff;
+        n += (uint8_t)(sum[k / 8] >> 8 * (k % 8));
     return n;
 }
 
