@@ -10,7 +10,8 @@
 #include <stddef.h>
 #include <syslog.h>
 
-#define TOP(field)       offsetof(struct dx_config, field), sizeof(((struct dx_config *)0)->field)
+#define TOP(field)       TOP_AT(field), sizeof(((struct dx_config *)0)->field)
+#define TOP_AT(field)    offsetof(struct dx_config, field)
 #define STREAM(field)    STREAM_AT(field), sizeof(((struct dx_stream_config *)0)->field)
 #define STREAM_AT(field) offsetof(struct dx_stream_config, field)
 /* clang-format off */
@@ -73,7 +74,7 @@ const struct dx_config_key dx_config_keys[] = {
              "takes names that end in .prom.\nEmpty: none."},
     {"metrics_s", DX_CONFIG_UINT, TOP(metrics_s), .min = 1, .max = 3600, .preset = "15",
      .help = "Seconds: the metrics file is written anew so often."},
-    {"streams", DX_CONFIG_STREAMS, TOP(streams), .min = 1, .max = DX_CONFIG_MAX_STREAMS,
+    {"streams", DX_CONFIG_STREAMS, TOP_AT(streams), .min = 1, .max = DX_CONFIG_MAX_STREAMS,
      .required = true,
      .help = "The sources.\nEach has a name and exactly one driver."},
 

@@ -98,7 +98,7 @@ static ssize_t receive(int fd, char *to, size_t room, int timeout_ms)
 static int read_line(char **reply, int fd, int timeout_ms)
 {
     size_t len = 0, cap = 16384;
-    char *line = malloc(cap), *end = NULL;
+    char *line = calloc(1, cap), *end = NULL;
     ssize_t n = line ? 0 : -ENOMEM;
 
     while (n >= 0 && !end) {

@@ -63,7 +63,7 @@ int dx_mesh_edges_init(struct dx_mesh_edges *e, const uint32_t *index, uint64_t 
     if (n > UINT32_MAX)
         return -EOVERFLOW;
     e->end = calloc((size_t)n_vertices + 1, sizeof(*e->end));
-    e->edge = malloc(n * sizeof(*e->edge) + 1);
+    e->edge = calloc(n + 1, sizeof(*e->edge));
     if (!e->end || !e->edge) {
         dx_mesh_edges_fini(e);
         return -ENOMEM;

@@ -116,8 +116,8 @@ static int split(struct fans *f, struct dx_mesh *mesh, const uint32_t *mate,
 int dx_repair_split(struct dx_mesh *mesh, const uint32_t *mate, struct dx_mesh_repair *counts)
 {
     const size_t n_corners = 3 * (size_t)mesh->n_triangles;
-    struct fans f = {.parent = malloc(n_corners * sizeof(*f.parent) + 1),
-                     .number = malloc(n_corners * sizeof(*f.number) + 1)};
+    struct fans f = {.parent = calloc(n_corners + 1, sizeof(*f.parent)),
+                     .number = calloc(n_corners + 1, sizeof(*f.number))};
     int rc = f.parent && f.number ? split(&f, mesh, mate, counts) : -ENOMEM;
 
     free(f.parent);

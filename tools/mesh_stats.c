@@ -63,7 +63,7 @@ static int count_edges(struct dx_mesh_stats *s, const struct dx_mesh *mesh)
     size_t n_edges = 3 * (size_t)mesh->n_triangles;
     /* end[v]: first the size of bucket v, then where it starts, at last where it ends. */
     uint32_t *end = calloc((size_t)mesh->n_vertices + 1, sizeof(*end));
-    uint32_t *keys = malloc(n_edges * sizeof(*keys) + 1);
+    uint32_t *keys = calloc(n_edges + 1, sizeof(*keys));
     uint32_t low, key, sum = 0;
     int rc = end && keys ? 0 : -ENOMEM;
 

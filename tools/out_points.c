@@ -37,7 +37,7 @@ int dx_out_points_check(const char *path, struct dx_err *err)
 /* Far from the origin the steps of a float are larger than what tells points apart. */
 static bool need_doubles(const struct dx_out_points *p)
 {
-    double low[3], high[3], extent = 0, off = 0;
+    double low[3] = {0}, high[3] = {0}, extent = 0, off = 0;
 
     for (size_t i = 0; i < 3 * p->n; i++) {
         const double x = p->xyz[i], d = fabs(x - (double)(float)x);

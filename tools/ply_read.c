@@ -269,9 +269,13 @@ static int slurp(uint8_t **bytes, size_t *len, const char *path)
 {
     FILE *f = fopen(path, "rb");
     struct stat st;
-    int rc = f && fstat(fileno(f), &st) == 0 ? 0 : -errno;
+    int rc = 0;
 
-    if (rc == 0) {
+    if (!f)
+        return -errno;
+    if (fstat(fileno(f), &st) < 0) {
+        rc = -errno;
+    } else {
         *len = (size_t)st.st_size;
         *bytes = malloc(*len + 1);
         if (!*bytes)
@@ -279,8 +283,7 @@ static int slurp(uint8_t **bytes, size_t *len, const char *path)
         else if (fread(*bytes, 1, *len, f) != *len)
             rc = -EIO;
     }
-    if (f)
-        fclose(f);
+    fclose(f);
     return rc;
 }
 

@@ -1,6 +1,7 @@
 /* What smoothing along the beam makes of the ranges, beside the true ones. */
 #include "tools/quality.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -123,10 +124,12 @@ int dx_quality_smooth(struct dx_quality_smooth out[3], struct dx_quality_rig *ri
                       const struct dx_quality_draw *draw)
 {
     const struct dx_quality_draw quiet = {.seed = draw->seed};
-    uint8_t *place = calloc(dx_plane_n_dexels(&rig->frame), 1);
+    const size_t n_dexels = dx_plane_n_dexels(&rig->frame);
+    uint8_t *place = calloc(n_dexels, 1);
     struct dx_terrain_params p;
     int rc = -ENOMEM;
 
+    assert(n_dexels > 0);
     if (!place)
         return rc;
     find_places(place, rig);
@@ -160,7 +163,7 @@ static int smooth_row(struct dx_quality_table *t, struct dx_quality_rig *rig,
     struct dx_quality_row *row;
     int rc = dx_quality_smooth(s, rig, draw);
 
-    if (rc < 0)
+    if (rc)
         return rc;
     row = dx_quality_row(t, &rig->scene);
     row->value[0] = s[0].flat;

@@ -65,9 +65,11 @@ static int64_t nearest_in(uint32_t *out, const struct all *a, uint32_t rank, dou
     if (n > MAX_FOUND || n <= k)
         return n > MAX_FOUND ? TOO_MANY : TOO_FEW;
     sort(order, near, n, radius);
+    /* NOLINTBEGIN(clang-analyzer-core.uninitialized.ArraySubscript): order has all places */
     for (uint32_t i = 0; i < k; i++) /* the first is the point itself */
         out[i] = near[order[i + 1]].rank;
     return near[order[k]].d2;
+    /* NOLINTEND(clang-analyzer-core.uninitialized.ArraySubscript) */
 }
 
 /* By frames of dexels, for any distance. */

@@ -100,6 +100,7 @@ static void add_candidates(struct dx_project_run *run)
     if (n_open > room)
         add_nearest(run, room);
     for (uint32_t k = 0; k < n_open && n_open <= room; k++)
+        /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.ArraySubscript): n_open are set */
         add_candidate(run, run->near[open[k]].rank, dx_project_flat_near(run, open[k]));
     run->local.n_cand = run->local.n;
 }

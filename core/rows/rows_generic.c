@@ -3,6 +3,7 @@
 
 #include "core/base/bytes.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* ---- rows to bits --------------------------------------------------------------------------- */
@@ -13,6 +14,7 @@ static inline dx_bits pack_bytes(const uint8_t *is, uint32_t n)
 {
     uint64_t word[2] = {0, 0};
 
+    assert(n % 8 == 0);
     for (uint32_t at = 0; at < n; at += 8)
         word[at / 64] |= dx_get_u64(is + at) * 0x0102040810204080u >> 56 << at % 64;
     return word[0] | (dx_bits)word[1] << 64;

@@ -384,8 +384,8 @@ static void advance(struct dx_mcap_iter *it, bool skip_part)
 
     top->next = skip_part ? top->n : top->next + 1;
     if (top->next == top->n) {
-        retire(it, top);
-        it->heap[0] = it->heap[--it->n];
+        swap(top, &it->heap[--it->n]);
+        retire(it, &it->heap[it->n]);
     }
     if (it->n > 1)
         sift_down(it);

@@ -36,17 +36,15 @@ struct dx_playlist {
     struct dx_recording_join join;
 };
 
-/* The first bytes of a file, as many as there are; negative errno. */
+/* The first bytes of a file, as many as there are; negative: it cannot be read. */
 static ssize_t read_magic(uint8_t magic[DX_MCAP_MAGIC_LEN], const char *path)
 {
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     ssize_t n;
 
     if (fd < 0)
-        return -errno;
+        return -1;
     n = read(fd, magic, DX_MCAP_MAGIC_LEN);
-    if (n < 0)
-        n = -errno;
     close(fd);
     return n;
 }

@@ -91,7 +91,7 @@ static bool same_meaning(const struct dx_v4l2_shape *a, const struct dx_v4l2_sha
 int dx_v4l2_decoder_fit(struct dx_v4l2_decoder *d, const struct dx_v4l2_shape *shape,
                         struct dx_err *err)
 {
-    struct dx_geometry *kept = NULL;
+    struct dx_geometry *kept = NULL, *made;
     bool told = d->told;
     int r = 0;
 
@@ -107,10 +107,11 @@ int dx_v4l2_decoder_fit(struct dx_v4l2_decoder *d, const struct dx_v4l2_shape *s
         d->geometry = kept;
         d->told = told;
     } else {
-        r = dx_lens_geometry(&d->geometry, &d->lens, shape->height, shape->width, err);
+        r = dx_lens_geometry(&made, &d->lens, shape->height, shape->width, err);
         if (r)
             return r;
-        d->geometry->unit_m = (float)shape->unit_m;
+        made->unit_m = (float)shape->unit_m;
+        d->geometry = made;
     }
     r = make_tables(d, shape);
     if (r) {
