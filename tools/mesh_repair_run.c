@@ -88,6 +88,7 @@ int dx_mesh_repair_run(struct dx_mesh *mesh, struct dx_mesh_repair *counts,
 {
     int rc;
 
+    *counts = (struct dx_mesh_repair){0};
     if (!a->asked)
         return 0;
     rc = dx_mesh_repair(mesh, a->max_hole, counts);

@@ -64,7 +64,7 @@ static int bytes_row(struct dx_quality_table *t, struct dx_quality_rig *rig)
 
     if (rc == 0)
         rc = chunk_bytes(n_bytes, rig);
-    if (rc < 0)
+    if (rc)
         return rc;
     row->value[0] = entropy_bytes(rig->scene.sigma[0] / (double)rig->geometry->unit_m) *
                     (1 - rig->scene.dropout);

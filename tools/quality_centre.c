@@ -182,10 +182,11 @@ static int both_diagonals(struct diagonal *out, struct dx_quality_rig *const rig
     struct diagonal d;
     int rc = measure_diagonal(out, rig[0], diag, draw);
 
-    if (rc < 0 || !rig[1])
+    if (rc || !rig[1])
         return rc;
     rc = measure_diagonal(&d, rig[1], diag, draw);
-    *out = pooled(out, &d);
+    if (rc == 0)
+        *out = pooled(out, &d);
     return rc;
 }
 
@@ -210,7 +211,7 @@ static int diagonal_rows(struct dx_quality_table *t, struct dx_quality_rig *cons
         struct dx_quality_row *row;
         int rc = both_diagonals(&d, rig, (enum dx_diag)k, draw);
 
-        if (rc < 0)
+        if (rc)
             return rc;
         row = dx_quality_row(t, &rig[0]->scene);
         snprintf(row->note, sizeof(row->note), "%s", names[k]);

@@ -60,7 +60,7 @@ static int mixed_rows(struct dx_quality_table *t, struct dx_quality_rig *rig)
         rc = dx_quality_rig_mesh(rig, &p);
         if (rc == 0)
             rc = dx_quality_mixed(&m, rig);
-        if (rc < 0)
+        if (rc)
             return rc;
         if (k == DX_MIXED_OFF)
             off = m;
@@ -140,7 +140,7 @@ static int area_of(uint64_t *area, struct dx_quality_rig *rig, uint8_t bridge)
 
     p.bridge = bridge;
     rc = dx_quality_rig_mesh(rig, &p);
-    return rc < 0 ? rc : dx_quality_area(area, rig);
+    return rc ? rc : dx_quality_area(area, rig);
 }
 
 /* Bars hold the default, one missing dexel bridged, on the surface without edges of its own. */
@@ -172,7 +172,8 @@ static int dropout_rows(struct dx_quality_table *t, struct dx_quality_rig *rig, 
         row = dx_quality_row(t, &rig->scene);
         for (uint8_t bridge = 0; rc == 0 && bridge <= 2; bridge++) {
             rc = area_of(&area, rig, bridge);
-            row->value[bridge] = 100 * (double)area / (double)whole;
+            if (rc == 0)
+                row->value[bridge] = 100 * (double)area / (double)whole;
         }
         hold_area(row, shares[k]);
     }

@@ -143,7 +143,7 @@ static int topology_row(struct dx_quality_table *t, struct dx_quality_rig *rig,
 
     if (rc == 0)
         rc = dx_quality_topology(&top, rig);
-    if (rc < 0)
+    if (rc)
         return rc;
     snprintf(row->note, sizeof(row->note), "%s", note);
     row->value[0] = (double)top.points;
