@@ -109,7 +109,8 @@ int main(int argc, char **argv)
     pthread_t thread;
 
     scip_sim_init(&sim, &scip_models[2], dx_now_ns());
-    pthread_create(&thread, NULL, simulate, &listener);
+    if (pthread_create(&thread, NULL, simulate, &listener) != 0)
+        return 1;
     r = driver_bench_run(&b, driver_bench_seconds(argc, argv));
     atomic_store(&is_over, true);
     pthread_join(thread, NULL);

@@ -107,7 +107,7 @@ static void driver_bench_print(struct driver_bench *b, double cpu_s, double seco
     }
     qsort(b->latency_us, b->n, sizeof(b->latency_us[0]), dx_bench_by_value);
     printf("| %s | %.0f | %u | %llu | %.2f | %.0f | %.0f | %.0f | %.0f |\n", b->name, b->hz, b->n,
-           (unsigned long long)(s.health.n_lost + s.health.n_damaged), 100 * cpu_s / seconds,
+           (unsigned long long)s.health.n_lost + s.health.n_damaged, 100 * cpu_s / seconds,
            1e6 * cpu_s / b->n, b->latency_us[b->n / 2], b->latency_us[b->n * 99 / 100],
            b->latency_us[b->n - 1]);
 }
@@ -128,8 +128,9 @@ static int driver_bench_run(struct driver_bench *b, double seconds)
         fprintf(stderr, "%s: %s\n", b->name, err.text);
         return 1;
     }
-    pthread_create(&b->thread, NULL, driver_bench_read, b);
-    pthread_create(&taker, NULL, driver_bench_take, b);
+    if (pthread_create(&b->thread, NULL, driver_bench_read, b) != 0 ||
+        pthread_create(&taker, NULL, driver_bench_take, b) != 0)
+        return 1;
     driver_bench_sleep(3); /* it starts, and all is warm */
     start_ns = dx_now_ns();
     begun_s = driver_bench_cpu_s(b->thread);

@@ -187,10 +187,8 @@ static bool session_say(struct session *s, const uint8_t *bytes, size_t len, siz
 
 static void session_close(struct session *s)
 {
-    int r;
-
     close(s->server);
-    while ((r = dexel_dispatch(s->client)) >= 0)
+    while (dexel_dispatch(s->client) >= 0)
         ;
     require(*dexel_error(s->client) != 0, "an error without a text");
     dexel_close(s->client);

@@ -147,7 +147,8 @@ int main(int argc, char **argv)
 
     if (pid <= 0)
         die("usage: fanout SOCKET PID");
-    pthread_create(&thread, NULL, witness, NULL);
+    if (pthread_create(&thread, NULL, witness, NULL) != 0)
+        die("no thread");
     stuck = start_stuck(argv[1], &gone);
     follower_open(&slow, argv[1], NULL, DEXEL_Q16);
     for (unsigned k = 0; k < N_FAST; k++) {

@@ -310,7 +310,8 @@ int main(int argc, char **argv)
     if (pid <= 0)
         die("usage: hostile SOCKET CONTROL PID");
     sem_init(&epochs, 0, 0);
-    pthread_create(&thread, NULL, follow, argv[1]);
+    if (pthread_create(&thread, NULL, follow, argv[1]) != 0)
+        die("no thread");
     await_epoch();
     n_fd = n_descriptors(pid);
     begin_silence(argv[1], silent);

@@ -98,7 +98,7 @@ static int ask_beside(const char *control, pid_t *pid)
     }
     if (dx_control_ask_within(&reply, control, "{\"request\":\"reload\"}", RELOAD_MS, &err) < 0)
         reply = err.text;
-    _exit(write(ends[1], reply, strlen(reply)) < 0);
+    _exit(write(ends[1], reply, strlen(reply)) < 0 ? 1 : 0);
 }
 
 static void reload(const char *control, const char *config, const char *next)

@@ -80,7 +80,7 @@ const char *libusb_strerror(int code)
 ssize_t libusb_get_device_list(libusb_context *context, libusb_device ***list)
 {
     (void)context;
-    *list = calloc(2, sizeof(**list));
+    *list = calloc(2, sizeof(libusb_device *));
     **list = fake_libusb.plugged ? &device : NULL;
     fake_libusb.n_lists++;
     return fake_libusb.plugged;
@@ -372,7 +372,7 @@ int libusb_handle_events_timeout_completed(libusb_context *context, struct timev
 
 const struct libusb_pollfd **libusb_get_pollfds(libusb_context *context)
 {
-    const struct libusb_pollfd **fds = calloc(3, sizeof(*fds));
+    const struct libusb_pollfd **fds = calloc(3, sizeof(struct libusb_pollfd *));
 
     fds[0] = &context->pollfds[0];
     fds[1] = &context->pollfds[1];

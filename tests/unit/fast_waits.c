@@ -32,7 +32,7 @@ static struct timespec time_of(int64_t ns)
     return (struct timespec){ns / 1000000000, ns % 1000000000};
 }
 
-static void skip(int64_t whole_ns)
+static void run_ahead(int64_t whole_ns)
 {
     atomic_fetch_add(&ahead_ns, whole_ns - whole_ns / SHARE);
 }
@@ -47,7 +47,7 @@ int __wrap_ppoll(struct pollfd *fd, nfds_t n, const struct timespec *t, const si
     part = time_of(ns_of(t) / SHARE);
     r = __real_ppoll(fd, n, &part, mask);
     if (r == 0)
-        skip(ns_of(t));
+        run_ahead(ns_of(t));
     return r;
 }
 
@@ -63,7 +63,7 @@ int __wrap_nanosleep(const struct timespec *t, struct timespec *left)
     const struct timespec part = time_of(ns_of(t) / SHARE);
     int r = __real_nanosleep(&part, left);
 
-    skip(ns_of(t));
+    run_ahead(ns_of(t));
     return r;
 }
 

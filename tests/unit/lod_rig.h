@@ -19,9 +19,9 @@ static inline void lod_tiles_init(struct lod_tiles *s, const struct dx_terrain *
 {
     s->n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(t));
     s->tile = calloc(s->n_tiles, sizeof(*s->tile));
-    s->source = malloc(sizeof(*s->source));
-    s->whole = malloc(sizeof(*s->whole));
-    s->mesh = malloc(sizeof(*s->mesh));
+    s->source = calloc(1, sizeof(*s->source));
+    s->whole = calloc(1, sizeof(*s->whole));
+    s->mesh = calloc(1, sizeof(*s->mesh));
     s->scratch = dx_lod_scratch_new();
     assert_true(s->tile && s->source && s->whole && s->mesh && s->scratch);
 }

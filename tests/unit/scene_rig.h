@@ -25,10 +25,12 @@ static inline void rig_init(struct rig *r, enum dx_scene scene, uint32_t height,
 /* With the rig's configuration as it stands now. */
 static inline void rig_open(struct rig *r)
 {
-    assert_int_equal(dx_scene_geometry(&r->g, &r->config), 0);
-    assert_int_equal(dx_plane_init(&r->plane, r->g->height, r->g->width, r->g->range_bytes,
-                                   r->config.attr_bytes),
-                     0);
+    struct dx_geometry *g;
+
+    assert_int_equal(dx_scene_geometry(&g, &r->config), 0);
+    assert_int_equal(
+        dx_plane_init(&r->plane, g->height, g->width, g->range_bytes, r->config.attr_bytes), 0);
+    r->g = g;
 }
 
 static inline void rig_cast(struct rig *r, uint64_t number)

@@ -103,7 +103,7 @@ static inline void rig_run(struct rig *r, uint64_t ns)
     uint64_t until = r->now + ns;
 
     while (r->now < until) {
-        uint64_t next = scip_sim_next_ns(&r->sim);
+        uint64_t next;
 
         rig_to_sim(r);
         if (r->sim.out_len) {

@@ -239,9 +239,14 @@ static inline void use(const struct place *p, uint64_t n)
     if (first < 0 && second < 0)
         fail_msg("call %llu: two subscribers were turned away: %s", (unsigned long long)n,
                  strerror(-second));
-    for (const char *const *request = p->calls->requests; *request; request++)
-        if (!ask(p, *request) && !ask(p, *request))
+    for (const char *const *request = p->calls->requests; *request; request++) {
+        const char *answered = ask(p, *request);
+
+        if (!answered)
+            answered = ask(p, *request);
+        if (!answered)
             fail_msg("call %llu: refused twice: %s", (unsigned long long)n, *request);
+    }
 }
 
 /* ---- each call ------------------------------------------------------------------------------- */

@@ -20,7 +20,7 @@ static void begin(void)
     real_stderr = dup(2);
     capture = tmpfile();
     assert_non_null(capture);
-    dup2(fileno(capture), 2);
+    assert_int_equal(dup2(fileno(capture), 2), 2);
 }
 
 static const char *end(void)
@@ -28,7 +28,7 @@ static const char *end(void)
     size_t len;
 
     fflush(stderr);
-    dup2(real_stderr, 2);
+    assert_int_equal(dup2(real_stderr, 2), 2);
     close(real_stderr);
     rewind(capture);
     len = fread(said, 1, sizeof(said) - 1, capture);

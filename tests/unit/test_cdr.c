@@ -160,7 +160,7 @@ static void values_of_every_type(void **state)
     uint8_t bytes[400], *data;
 
     (void)state;
-    for (uint8_t type = DX_ROS_INT8; type <= DX_ROS_FLOAT64; type++)
+    for (int type = DX_ROS_INT8; type <= DX_ROS_FLOAT64; type++)
         dx_ros_cloud_add_field(&c, "v", (enum dx_ros_type)type);
     assert_int_equal(c.point_step, 26);
     data = dx_ros_cloud_put(&c, bytes, sizeof(bytes));

@@ -209,8 +209,8 @@ static bool is_candidate(const struct dx_star_site *site, const struct dx_delaun
 static void expect_star(const struct dx_delaunay_run *run, struct dx_star_site *site, uint32_t r)
 {
     const double most = config.widest * DX_STAR_FLAT;
-    struct dx_flat at[4000];
-    uint32_t n = 0, rank[4000], words[DX_STAR_MAX], n_words, n_wedges = 0, n_empty = 0;
+    struct dx_flat at[4000] = {0};
+    uint32_t n = 0, rank[4000] = {0}, words[DX_STAR_MAX], n_words, n_wedges = 0, n_empty = 0;
     struct dx_star star;
     bool widened;
 

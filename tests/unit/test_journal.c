@@ -188,9 +188,9 @@ static void test_a_journal_that_goes(void **state)
     close(journal);
     unlink(path);
     assert_int_equal(pipe2(out, O_NONBLOCK), 0);
-    dup2(out[1], STDERR_FILENO);
+    assert_int_equal(dup2(out[1], STDERR_FILENO), STDERR_FILENO);
     dx_log_error("room", "where is it");
-    dup2(saved, STDERR_FILENO);
+    assert_int_equal(dup2(saved, STDERR_FILENO), STDERR_FILENO);
     n = read(out[0], text, sizeof(text) - 1);
     text[n > 0 ? n : 0] = '\0';
     assert_string_equal(text, "<3>dexeld: room: where is it\n");

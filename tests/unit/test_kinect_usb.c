@@ -376,7 +376,7 @@ static void a_silent_camera_keeps_nobody(void **state)
     while (driver->read(dev, &block, &err) == 0)
         ;
     assert_int_equal(driver->read(dev, &block, &err), DX_DRIVER_E_AGAIN);
-    pthread_create(&thread, NULL, wake, dev);
+    assert_int_equal(pthread_create(&thread, NULL, wake, dev), 0);
     assert_int_equal(driver->read(dev, &block, &err), DX_DRIVER_E_AGAIN);
     pthread_join(thread, NULL);
     end_it(dev);

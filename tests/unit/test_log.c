@@ -25,12 +25,13 @@ static int capture(void **state)
 
 static int release(void **state)
 {
+    const int r = dup2(saved, STDERR_FILENO);
+
     (void)state;
-    dup2(saved, STDERR_FILENO);
     close(saved);
     close(out[0]);
     close(out[1]);
-    return 0;
+    return r < 0 ? -1 : 0;
 }
 
 /* What was logged so far, NUL-terminated. */

@@ -278,8 +278,8 @@ static void lengths_that_lie_are_not_believed(void **state)
     dx_put_u64(body + 24, UINT64_C(1) << 63);
     check_lie(DX_MCAP_ATTACHMENT, sizeof(body), body, sizeof(body));
     memset(body, 0xff, sizeof(body));
-    for (uint8_t op = DX_MCAP_SCHEMA; op <= DX_MCAP_METADATA; op++)
-        check_lie(op, sizeof(body), body, sizeof(body));
+    for (int op = DX_MCAP_SCHEMA; op <= DX_MCAP_METADATA; op++)
+        check_lie((uint8_t)op, sizeof(body), body, sizeof(body));
 }
 
 /* A zstd frame of little that becomes much: not more than the chunk says, and it says too much. */

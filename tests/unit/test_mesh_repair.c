@@ -66,6 +66,7 @@ static void test_a_whole_mesh_stays(void **state)
     dx_mesh_fini(&mesh);
     make(&mesh, corners, 8, NULL, 0);
     c = repaired(&mesh, 16);
+    assert_memory_equal(&c.repair, &none, sizeof(none));
     assert_int_equal(mesh.n_vertices, 0);
     dx_mesh_fini(&mesh);
 }

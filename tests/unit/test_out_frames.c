@@ -44,9 +44,11 @@ static unsigned n_entries(const char *path)
 
 static int setup(void **state)
 {
+    const char *tmp = getenv("TMPDIR");
+
     (void)state;
     snprintf(folder, sizeof(folder), "%s/dexel-frames-XXXXXX",
-             getenv("TMPDIR") && strlen(getenv("TMPDIR")) < 32 ? getenv("TMPDIR") : "/tmp");
+             tmp && strlen(tmp) < 32 ? tmp : "/tmp");
     return mkdtemp(folder) ? 0 : -1;
 }
 

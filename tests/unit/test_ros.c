@@ -215,7 +215,7 @@ static void make_wall(struct message *m, double x)
     begin_cloud(m, 6, 8, DX_ROS_FLOAT32, NULL, 0);
     for (int row = 0; row < 6; row++)
         for (int col = 0; col < 8; col++)
-            set_xyz(m, (size_t)(row * 8 + col), (col - 4) * 0.1 * x, (row - 3) * 0.1 * x, x);
+            set_xyz(m, (size_t)row * 8 + (size_t)col, (col - 4) * 0.1 * x, (row - 3) * 0.1 * x, x);
 }
 
 static void put_cloud(struct dx_mcap_writer *w, uint16_t channel, uint64_t time,

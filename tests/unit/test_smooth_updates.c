@@ -119,7 +119,7 @@ static uint32_t commit_and_check(struct sequence *s, const uint64_t *before)
 static uint32_t update(struct sequence *s, uint32_t n_parts, uint32_t n_dexels)
 {
     struct dx_tile *tile = malloc(sizeof(*tile));
-    uint64_t before[64];
+    uint64_t before[64] = {0};
 
     assert_non_null(tile);
     for (uint32_t k = 0; k < dx_tiling_n_tiles(dx_terrain_tiling(s->t)); k++)

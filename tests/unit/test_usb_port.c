@@ -375,7 +375,7 @@ static void a_wait_ends_by_wake_or_by_time(void **state)
 
     (void)state;
     stream_of(usb, &heap);
-    pthread_create(&thread, NULL, wake, usb);
+    assert_int_equal(pthread_create(&thread, NULL, wake, usb), 0);
     assert_int_equal(dx_usb_wait(usb, 60000, &err), DX_DRIVER_E_AGAIN);
     pthread_join(thread, NULL);
     assert_int_equal(dx_usb_wait(usb, 5, &err), DX_DRIVER_E_AGAIN);

@@ -211,8 +211,8 @@ static inline void script_message(struct script *s, uint16_t type, uint16_t flag
     if (s->len + DX_WIRE_HEADER_LEN + len > s->cap) {
         s->cap = 2 * (s->len + DX_WIRE_HEADER_LEN + len);
         s->bytes = realloc(s->bytes, s->cap);
-        assert(s->bytes);
     }
+    assert(s->bytes);
     dx_wire_put_header(s->bytes + s->len, &h);
     if (len)
         memcpy(s->bytes + s->len + DX_WIRE_HEADER_LEN, body, len);

@@ -82,7 +82,7 @@ int main(int argc, char **argv)
     video_set_format(video.fd, V4L2_BUF_TYPE_VIDEO_CAPTURE, argv[2], argv[3], &video.width,
                      &video.height);
     n = (unsigned)strtoul(argv[4], NULL, 10);
-    video.pattern = malloc((size_t)video.width * video.height * 2);
+    video.pattern = calloc((size_t)video.width * video.height, 2);
     if (!video.pattern)
         die("out of memory");
     for (uint32_t i = 0; i < video.width * video.height; i++)
