@@ -86,7 +86,7 @@ help:
 	@echo 'make demo        install what is missing, build, replay a scan to a subscriber, show the mesh'
 	@echo 'make check       install what is missing, build, run the tests (about ten minutes)'
 	@echo 'make hil         the drivers on a real kernel, packages and units under systemd, in guests (docs/hil.md)'
-	@echo 'make check-long  the long tests as well: large grids, sanitizers, valgrind, fuzzing'
+	@echo 'make check-long  the long tests as well: large grids, lint, sanitizers, valgrind, fuzzing'
 	@echo 'make all         build the service, the tools and the library under build/'
 	@echo 'make deps        install the Debian packages that the build needs'
 	@echo 'make bench       benchmarks (ratios within one run)'
@@ -220,7 +220,7 @@ check-system: all $(SYSTEM)
 check-tree:
 	@B=$(B) sh tests/run.sh tree
 check-long: check
-	@$(MAKE) --no-print-directory asan tsan valgrind
+	@$(MAKE) --no-print-directory lint asan tsan valgrind
 	@B=$(B) sh tests/run.sh long
 
 # The drivers on a real kernel (docs/hil.md): tests/hil/redir_NAME.c is a device, on this side of the guest;
