@@ -87,7 +87,9 @@ static void make_place(sd_device *d, sd_device *usb, sd_device *interface, char 
 
     if (sd_device_get_property_value(d, "ID_PATH", &s) >= 0) {
         copy(text, len, s);
-    } else if (usb) {
+        return;
+    }
+    if (usb) {
         const char *suffix =
             interface && sd_device_get_sysname(interface, &s) >= 0 ? strchr(s, ':') : NULL;
         bool known = put_parent(usb, controller, sizeof(controller));

@@ -30,8 +30,11 @@ static int range_percentiles(double out[3], const struct dx_quality_rig *rig)
         n += range[n] != 0;
     }
     qsort(range, n, sizeof(*range), by_value);
-    for (int m = 0; m < 3; m++)
-        out[m] = n ? (double)rig->geometry->unit_m * range[(n - 1) * percent[m] / 100] : 0;
+    for (int m = 0; m < 3; m++) {
+        const size_t k = n ? (n - 1) * percent[m] / 100 : 0;
+
+        out[m] = n ? (double)rig->geometry->unit_m * range[k] : 0;
+    }
     free(range);
     return 0;
 }

@@ -64,7 +64,8 @@ static uint64_t covered_samples(const struct dx_quality_triangle *t, int64_t i, 
     uint64_t bits = 0;
 
     for (int s = 0; s < 64; s++) {
-        double y = (double)i + (s / 8 + 0.41421356) / 8, x = (double)j + (s % 8 + 0.73205081) / 8;
+        const int row = s / 8, col = s % 8;
+        double y = (double)i + (row + 0.41421356) / 8, x = (double)j + (col + 0.73205081) / 8;
         int sides = 0;
 
         for (int m = 0; m < 3; m++) {

@@ -75,7 +75,7 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
 
 #define DX_ROWS_TABLE(set_name)                                                                    \
     {                                                                                              \
-        .name = set_name, .valid = valid_row, .valid_wide = valid_wide_row,                        \
+        .name = (set_name), .valid = valid_row, .valid_wide = valid_wide_row,                      \
         .valid_rows = valid_rows, .join = join_rows, .join_wide = join_wide_row,                   \
         .join_wide_each = join_wide_each_row, .narrow = BENDS(narrow), .wide = BENDS(wide),        \
         .rules = RULES, .code = code_row, .bits = bits_row, .some = some_row, .count = count_rows, \

@@ -58,7 +58,7 @@ static uint64_t stop_ns(const struct dx_scip_session *s)
 {
     double ns = s->params.scan_rpm ? 3 * dx_scip_period_ns(&s->params) : 0;
 
-    return ns > 0 && ns < 500.0 * MS ? (uint64_t)ns : 500 * MS;
+    return ns > 0 && ns < 500 * 1e6 ? (uint64_t)ns : 500 * MS;
 }
 
 void dx_scip_send(struct dx_scip_session *s, uint64_t now_ns)

@@ -15,11 +15,11 @@
     }
 #define BOX(x0, y0, z0, x1, y1, z1, grey)                                                          \
     {                                                                                              \
-        .kind = DX_SHAPE_BOX, .a = {x0, y0, z0}, .b = {x1, y1, z1}, .albedo = grey                 \
+        .kind = DX_SHAPE_BOX, .a = {x0, y0, z0}, .b = {x1, y1, z1}, .albedo = (grey)               \
     }
 #define SPHERE(x, y, z, r, grey)                                                                   \
     {                                                                                              \
-        .kind = DX_SHAPE_SPHERE, .a = {x, y, z}, .b = {r}, .albedo = grey                          \
+        .kind = DX_SHAPE_SPHERE, .a = {x, y, z}, .b = {r}, .albedo = (grey)                        \
     }
 
 /* Six boxes and four spheres, the same in the hall and in the open. */
@@ -74,7 +74,7 @@ static const struct dx_shape camera_room[] = {
     SPHERE(1.5, -0.9, 4.2, 0.35, 0.60),
 };
 
-#define SHAPES(table) .shape = table, .n_shapes = sizeof(table) / sizeof(table[0])
+#define SHAPES(table) .shape = (table), .n_shapes = sizeof(table) / sizeof((table)[0])
 
 const struct dx_world_spec dx_world_specs[DX_N_SCENES] = {
     [DX_SCENE_HALL] = {"hall",
@@ -151,8 +151,8 @@ static void add_poles(struct dx_world *w, const struct dx_scene_config *c,
 
     for (uint32_t k = 0; k < N_POLES; k++) {
         uint32_t wide = 1 + k % 3;
-        double col = (double)((uint64_t)c->width * (k + 1) / (N_POLES + 1));
-        double az = az0 + step * (col + (wide == 2 ? 0 : 0.5));
+        uint64_t col = (uint64_t)c->width * (k + 1) / (N_POLES + 1);
+        double az = az0 + step * ((double)col + (wide == 2 ? 0 : 0.5));
         double away = 3 + 0.5 * (k % 4), s, cos_az;
         struct dx_shape pole = {.kind = DX_SHAPE_POLE, .albedo = 0.3 + 0.2 * (k % 4)};
 

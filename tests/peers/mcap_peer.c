@@ -138,7 +138,8 @@ static size_t make_cloud(uint8_t *out, size_t room)
     if (!p)
         die("cloud", -ENOSPC);
     for (uint32_t k = 0; k < 6; k++, p += c.point_step) {
-        const float nan = __builtin_nanf(""), xyz[3] = {(float)(k / 3), (float)(k % 3), 0.5f};
+        const uint32_t row = k / 3, col = k % 3;
+        const float nan = __builtin_nanf(""), xyz[3] = {(float)row, (float)col, 0.5f};
 
         for (int i = 0; i < 3; i++)
             dx_put_u32(p + 4 * i, dx_f32_bits(k == 5 ? nan : xyz[i]));

@@ -23,7 +23,8 @@ static inline double *odd_plane_grid(uint32_t side, bool tilted)
     double *xyz = odd_room(side * side);
 
     for (uint32_t k = 0; k < side * side; k++) {
-        const double x = k % side, y = k / side;
+        const uint32_t row = k / side, col = k % side;
+        const double x = col, y = row;
 
         xyz[3 * k] = tilted ? 3 * x - 2 * y : x;
         xyz[3 * k + 1] = tilted ? 2 * x + 3 * y : y;

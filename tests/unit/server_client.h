@@ -179,9 +179,11 @@ static inline void client_on_geometry(struct client *c, const struct dx_wire_hea
     assert_int_equal(dx_msg_geometry_get(&m, c->body, h->length), 0);
     assert_int_equal(m.offset, c->geometry_len);
     assert_int_equal(m.total, c->told.table_bytes);
-    for (uint32_t k = 0; k < m.len / 4; k++)
-        assert_int_equal(dx_get_u32(m.bytes + 4 * k),
-                         dx_f32_bits((float)(m.offset / 4 + k) * 0.25f));
+    for (uint32_t k = 0; k < m.len / 4; k++) {
+        const uint32_t number = m.offset / 4 + k;
+
+        assert_int_equal(dx_get_u32(m.bytes + 4 * k), dx_f32_bits((float)number * 0.25f));
+    }
     c->geometry_len += m.len;
 }
 

@@ -231,8 +231,10 @@ static void spacing_is_found(void **state)
 
     (void)state;
     for (uint32_t k = 0; k < 2500; k++) {
-        xyz[3 * k] = 0.25 * (k % 50);
-        xyz[3 * k + 1] = 1e6 + 0.25 * (k / 50);
+        const uint32_t row = k / 50, col = k % 50;
+
+        xyz[3 * k] = 0.25 * col;
+        xyz[3 * k + 1] = 1e6 + 0.25 * row;
         xyz[3 * k + 2] = -4;
     }
     assert_int_equal(dx_cloud_init(&c, xyz, 2500, NULL, NULL), 0);

@@ -233,8 +233,10 @@ static void sheets_that_are_near_keep_their_sides(void **state)
     (void)state;
     assert_non_null(xyz);
     for (uint32_t k = 0; k < 2 * SHEET; k++) {
-        xyz[3 * k] = k % SHEET / SIDE + 0.3 * dx_rng_unit(&g);
-        xyz[3 * k + 1] = k % SIDE + 0.3 * dx_rng_unit(&g);
+        const uint32_t i = k % SHEET / SIDE, j = k % SIDE;
+
+        xyz[3 * k] = i + 0.3 * dx_rng_unit(&g);
+        xyz[3 * k + 1] = j + 0.3 * dx_rng_unit(&g);
         xyz[3 * k + 2] = k < SHEET ? 0 : 2;
     }
     out = normals_of(xyz, 2 * SHEET, NULL, NULL);

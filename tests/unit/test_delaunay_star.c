@@ -318,8 +318,10 @@ static void spikes_are_left_out_and_noise_is_not(void **state)
         bool spike = false;
 
         for (uint32_t k = 0; k < SIDE * SIDE; k++) {
-            xyz[3 * k] = k % SIDE + 0.2 * dx_rng_unit(&g);
-            xyz[3 * k + 1] = k / SIDE + 0.2 * dx_rng_unit(&g);
+            const uint32_t row = k / SIDE, col = k % SIDE;
+
+            xyz[3 * k] = col + 0.2 * dx_rng_unit(&g);
+            xyz[3 * k + 1] = row + 0.2 * dx_rng_unit(&g);
             xyz[3 * k + 2] = (rough ? 0.5 : 0.001) * dx_rng_normal(&g);
         }
         if (!rough)

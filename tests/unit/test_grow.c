@@ -177,8 +177,10 @@ static void a_square_grid_is_filled(void **state)
 
     (void)state;
     for (uint32_t k = 0; k < 400; k++) {
-        xyz[3 * k] = k % 20;
-        xyz[3 * k + 1] = k / 20;
+        const uint32_t row = k / 20, col = k % 20;
+
+        xyz[3 * k] = col;
+        xyz[3 * k + 1] = row;
         xyz[3 * k + 2] = 7;
     }
     dx_grow_defaults(&config);

@@ -105,7 +105,8 @@ static void wavy_frame(struct dx_plane *p, struct dx_rng *rng)
     const uint32_t missing = dx_rng_below(rng, 2) ? dx_rng_below(rng, 40) : 0;
 
     for (size_t k = 0; k < dx_plane_n_dexels(p); k++) {
-        const double x = (double)(k % p->width), y = (double)(k / p->width);
+        const size_t row = k / p->width, col = k % p->width;
+        const double x = (double)col, y = (double)row;
         const double range = 5000 + height * (dx_sin(x / wave) + dx_sin(y / wave));
 
         dx_plane_set_range(p, k, dx_rng_below(rng, 10000) < missing ? 0 : (uint32_t)range);

@@ -16,8 +16,11 @@ static struct dx_mesh grid(uint32_t rows, uint32_t cols, int torus)
 
     assert_int_equal(dx_mesh_init(&m, height * width, 2 * rows * cols, 0, 0), 0);
     t = m.index;
-    for (uint32_t v = 0; v < height * width; v++)
-        memcpy(m.xyz + 3 * v, (float[]){(float)(v % width), (float)(v / width), 0}, 12);
+    for (uint32_t v = 0; v < height * width; v++) {
+        const uint32_t row = v / width, col = v % width;
+
+        memcpy(m.xyz + 3 * v, (float[]){(float)col, (float)row, 0}, 12);
+    }
     for (uint32_t i = 0; i < rows; i++)
         for (uint32_t j = 0; j < cols; j++, t += 6) {
             uint32_t a = i * width + j, b = i * width + (j + 1) % width;

@@ -22,9 +22,11 @@ static struct dx_store_tile patch_tile(struct patch *p, uint32_t tile_col, uint3
 
     *p = (struct patch){.index = {0, 1, 3, 0, 3, 2}};
     for (int k = 0; k < 4; k++) {
+        const uint32_t y = id[k] / WIDTH;
+
         p->id[k] = id[k];
         p->xyz[3 * k] = (float)(id[k] % WIDTH);
-        p->xyz[3 * k + 1] = (float)(id[k] / WIDTH);
+        p->xyz[3 * k + 1] = (float)y;
         p->xyz[3 * k + 2] = z;
         p->attr[k] = (uint16_t)(100 + id[k]);
     }

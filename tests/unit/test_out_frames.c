@@ -239,12 +239,13 @@ static void poses_come_back(void **state)
 
     (void)state;
     for (int n = 0; n < 32; n++) { /* turns beyond 180 degrees: every branch of the quaternion */
+        const int turn = n / 8;
         struct reader reader;
         struct rig rig;
 
         rig_init(&rig, DX_SCENE_CREASE, 20, 30);
         rig_open(&rig);
-        set_pose(rig.g->pose, 0.4 + n / 8 * 0.9, axis[n / 2 % 4]);
+        set_pose(rig.g->pose, 0.4 + turn * 0.9, axis[n / 2 % 4]);
         round_trip(names[n % 2], &rig);
         reader_open(&reader, in_folder(names[n % 2]), rig.g->unit_m);
         assert_true(reader_next(&reader));

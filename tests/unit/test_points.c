@@ -81,8 +81,10 @@ static size_t binary_ply(uint8_t *out, bool big)
     uint8_t record[64];
 
 #define PUT(n_bytes)                                                                               \
-    for (size_t i = 0; i < (n_bytes); i++)                                                         \
-    *p++ = record[big ? (n_bytes)-1 - i : i]
+    do {                                                                                           \
+        for (size_t i = 0; i < (n_bytes); i++)                                                     \
+            *p++ = record[big ? (n_bytes)-1 - i : i];                                              \
+    } while (0)
     dx_put_u16(record, 2);
     PUT(2);
     for (int k = 0; k < 2; k++) {

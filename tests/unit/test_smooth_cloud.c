@@ -132,9 +132,11 @@ static void a_plane_is_kept(void **state)
 
     (void)state;
     for (uint32_t k = 0; k < 40 * 40; k++) {
-        xyz[3 * k] = k % 40;
-        xyz[3 * k + 1] = k / 40;
-        xyz[3 * k + 2] = 0.25 * (k % 40) - 0.5 * (k / 40);
+        const uint32_t row = k / 40, col = k % 40;
+
+        xyz[3 * k] = col;
+        xyz[3 * k + 1] = row;
+        xyz[3 * k + 2] = 0.25 * col - 0.5 * row;
     }
     smooth(&s, xyz, 40 * 40, &config, NULL);
     assert_int_equal(s.stats.n_unchanged, 0);

@@ -107,8 +107,9 @@ static void compare(const struct dexel_commit *c)
     for (size_t i = 0; i < (size_t)check.width * check.height; i++) {
         const float *p = check.held[i];
         unsigned mm = expected_mm(i, step);
-        double x = mm * 0.001 * ((double)(i % check.width) - check.cx) / check.fx;
-        double y = mm * 0.001 * ((double)(i / check.width) - check.cy) / check.fy;
+        size_t row = i / check.width, col = i % check.width;
+        double x = mm * 0.001 * ((double)col - check.cx) / check.fx;
+        double y = mm * 0.001 * ((double)row - check.cy) / check.fy;
 
         if (p[2] != (float)mm * 0.001f || (mm && (!is_near(p[0], x) || !is_near(p[1], y))))
             die("frame %llu, column %zu, row %zu: %.9g %.9g %.9g, expected %.9g %.9g %.9g",
