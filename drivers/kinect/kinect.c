@@ -313,13 +313,25 @@ struct found_at {
     void *ctx;
 };
 
+/* Printable characters as they stand in YAML between double quotes; room for twice as many. */
+static const char *escaped(char *out, const char *text)
+{
+    char *at = out;
+
+    for (; *text; *at++ = *text++)
+        if (*text == '"' || *text == '\\')
+            *at++ = '\\';
+    *at = '\0';
+    return out;
+}
+
 static void tell_found(void *ctx, const struct dx_usb_about *about)
 {
     const struct found_at *f = ctx;
-    char yaml[160];
+    char yaml[160], serial[2 * sizeof(about->serial)];
 
     if (about->serial[0])
-        snprintf(yaml, sizeof(yaml), "serial: \"%s\"\n", about->serial);
+        snprintf(yaml, sizeof(yaml), "serial: \"%s\"\n", escaped(serial, about->serial));
     else
         snprintf(yaml, sizeof(yaml), "port: \"%s\"\n", about->port);
     f->found(f->ctx,

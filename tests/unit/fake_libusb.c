@@ -153,9 +153,10 @@ libusb_device *libusb_get_device(libusb_device_handle *handle)
 int libusb_get_string_descriptor_ascii(libusb_device_handle *handle, uint8_t index,
                                        unsigned char *text, int len)
 {
+    const char *serial = fake_libusb.serial ? fake_libusb.serial : "A00366902968103A";
+
     (void)handle;
-    return snprintf((char *)text, (size_t)len, "%s",
-                    index == 3 ? "A00366902968103A" : "Xbox NUI Camera");
+    return snprintf((char *)text, (size_t)len, "%s", index == 3 ? serial : "Xbox NUI Camera");
 }
 
 int libusb_set_auto_detach_kernel_driver(libusb_device_handle *handle, int enable)

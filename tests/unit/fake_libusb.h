@@ -14,6 +14,7 @@ struct fake_libusb {
     struct kinect_sim sim;
     bool plugged;
     int open_error, claim_error; /* of libusb */
+    const char *serial;          /* NULL: that of a camera */
     unsigned burst;              /* isochronous transfers that come back in one round */
     bool never_return;           /* what is cancelled stays away */
     int transfer_status;         /* of isochronous transfers from now on */

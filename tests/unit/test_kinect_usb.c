@@ -451,6 +451,10 @@ static void it_is_found(void **state)
     assert_int_equal(driver->probe(keep, text, &err), 0);
     assert_string_equal(text, "Kinect for Xbox 360, depth|/dev/bus/usb/003/007|A00366902968103A|"
                               "3-1.4|serial: \"A00366902968103A\"\n|0");
+    fake_libusb.serial = "A\"0\\n\\";
+    assert_int_equal(driver->probe(keep, text, &err), 0);
+    assert_string_equal(text, "Kinect for Xbox 360, depth|/dev/bus/usb/003/007|A\"0\\n\\|"
+                              "3-1.4|serial: \"A\\\"0\\\\n\\\\\"\n|0");
     fake_libusb.open_error = LIBUSB_ERROR_ACCESS;
     assert_int_equal(driver->probe(keep, text, &err), 0);
     assert_string_equal(text, "Kinect for Xbox 360, depth|/dev/bus/usb/003/007||3-1.4|"
