@@ -2,6 +2,7 @@
 #include "core/grid/fit_model.h"
 
 #include "core/base/trig.h"
+#include "core/rows/rows.h"
 
 /* Distance from the beam's origin (pinhole: along the axis), metres. */
 static double range_of(const struct dx_geometry *g, uint32_t row, uint32_t col, const double p[3])
@@ -26,25 +27,97 @@ static bool missing(const double p[3])
     return isnan(p[0]) || isnan(p[1]) || isnan(p[2]);
 }
 
+static uint32_t limit_of(const struct dx_geometry *g)
+{
+    return g->range_bytes == 2 ? UINT16_MAX : UINT32_MAX;
+}
+
+static struct dx_row_beams beams_of(const struct dx_geometry *g, uint32_t row, uint32_t col)
+{
+    const float *t = g->table;
+
+    switch (g->model) {
+    case DX_MODEL_SPINNING:
+        return (struct dx_row_beams){DX_BEAMS_SPINNING, t + 2 * (size_t)col,
+                                     t + 2 * (size_t)g->width + 6 * (size_t)row};
+    case DX_MODEL_PINHOLE:
+        return (struct dx_row_beams){DX_BEAMS_PINHOLE, t + col, t + (size_t)g->width + row};
+    default:
+        return (struct dx_row_beams){DX_BEAMS_TABLE, t + 3 * ((size_t)row * g->width + col), NULL};
+    }
+}
+
+/* A part of a row, by vectors; narrower grids go point by point. */
+#define PART DX_ROWS_CELLS
+
+/* Where the part after that of column `col` begins: the last one lies over the one before. */
+static uint32_t next_part(const struct dx_geometry *g, uint32_t col)
+{
+    const uint32_t last = g->width - PART;
+
+    return col < last && col + PART > last ? last : col + PART;
+}
+
+/* ---- ranges --------------------------------------------------------------------------------- */
+
+static void put_dexel(struct dx_plane *plane, const struct dx_points *points, size_t k,
+                      uint32_t range)
+{
+    dx_plane_set_range(plane, k, range);
+    dx_plane_set_attr(plane, k, range && points->attr ? points->attr[k] : 0);
+    for (size_t m = 3 * k; plane->xyz && m < 3 * k + 3; m++)
+        plane->xyz[m] = range ? (float)points->xyz[m] : 0;
+}
+
+static uint32_t narrow_row(struct dx_plane *plane, const struct dx_geometry *g,
+                           const struct dx_points *points, uint32_t row)
+{
+    uint32_t dropped = 0;
+
+    for (uint32_t col = 0; col < g->width; col++) {
+        const size_t k = (size_t)row * g->width + col;
+        const double *p = points->xyz + 3 * k;
+        uint32_t range = dx_fit_valid(p) ? dx_geometry_units(g, range_of(g, row, col, p)) : 0;
+
+        dropped += range == 0 && !missing(p);
+        put_dexel(plane, points, k, range);
+    }
+    return dropped;
+}
+
+static uint32_t wide_row(struct dx_plane *plane, const struct dx_geometry *g,
+                         const struct dx_points *points, uint32_t row)
+{
+    const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
+    uint32_t dropped = 0, done = 0;
+
+    for (uint32_t col = 0; col < g->width; col = next_part(g, col)) {
+        const size_t k = (size_t)row * g->width + col;
+        const struct dx_row_beams beams = beams_of(g, row, col);
+        uint32_t units[PART];
+        uint64_t bad =
+            rows->units(units, points->xyz + 3 * k, &beams, (double)g->unit_m, limit_of(g));
+
+        dropped += dx_bits_count(bad >> (done - col));
+        done = col + PART;
+        for (uint32_t j = 0; j < PART; j++)
+            put_dexel(plane, points, k + j, units[j]);
+    }
+    return dropped;
+}
+
 uint32_t dx_fit_ranges(struct dx_plane *plane, const struct dx_geometry *g,
                        const struct dx_points *points)
 {
     uint32_t dropped = 0;
-    size_t k = 0;
 
     for (uint32_t row = 0; row < g->height; row++)
-        for (uint32_t col = 0; col < g->width; col++, k++) {
-            const double *p = points->xyz + 3 * k;
-            uint32_t range = dx_fit_valid(p) ? dx_geometry_units(g, range_of(g, row, col, p)) : 0;
-
-            dropped += range == 0 && !missing(p);
-            dx_plane_set_range(plane, k, range);
-            dx_plane_set_attr(plane, k, range && points->attr ? points->attr[k] : 0);
-            for (size_t m = 3 * k; plane->xyz && m < 3 * k + 3; m++)
-                plane->xyz[m] = range ? (float)points->xyz[m] : 0;
-        }
+        dropped +=
+            g->width < PART ? narrow_row(plane, g, points, row) : wide_row(plane, g, points, row);
     return dropped;
 }
+
+/* ---- whether they hold ---------------------------------------------------------------------- */
 
 /* Squared chord between a point's direction and its dexel's, relative to the dexel's larger step.
  */
@@ -64,19 +137,53 @@ static double departure2(const struct dx_geometry *g, uint32_t row, uint32_t col
     return step > 0 ? chord2 / (step * step) : INFINITY;
 }
 
+static bool point_holds(const struct dx_geometry *g, const struct dx_points *points, uint32_t row,
+                        uint32_t col, double dexels)
+{
+    const double *p = points->xyz + 3 * ((size_t)row * g->width + col);
+
+    return !dx_fit_valid(p) || (dx_geometry_units(g, range_of(g, row, col, p)) != 0 &&
+                                departure2(g, row, col, p) <= dexels * dexels);
+}
+
+/* Which points of a part are to be looked at one by one: those of a scanner's own beams are on
+ * them, as far as f32 tells. */
+static uint64_t unsure(const struct dx_geometry *g, const struct dx_points *points, uint32_t row,
+                       uint32_t col)
+{
+    const struct dx_row_beams beams = beams_of(g, row, col);
+    const double *xyz = points->xyz + 3 * ((size_t)row * g->width + col);
+    const double unit = (double)g->unit_m, near = 0.5000001 * unit;
+    const double far = 0.9999999 * unit * limit_of(g);
+
+    return ~dx_rows_get(DX_SIMD_AUTO)->on_beams(xyz, &beams, near, far);
+}
+
+static bool narrow_row_holds(const struct dx_geometry *g, const struct dx_points *points,
+                             uint32_t row, double dexels)
+{
+    for (uint32_t col = 0; col < g->width; col++)
+        if (!point_holds(g, points, row, col, dexels))
+            return false;
+    return true;
+}
+
+static bool wide_row_holds(const struct dx_geometry *g, const struct dx_points *points,
+                           uint32_t row, double dexels)
+{
+    for (uint32_t col = 0; col < g->width; col = next_part(g, col))
+        for (uint64_t look = unsure(g, points, row, col); look; look &= look - 1)
+            if (!point_holds(g, points, row, col + dx_bits_first(look), dexels))
+                return false;
+    return true;
+}
+
 bool dx_fit_holds(const struct dx_geometry *g, const struct dx_points *points, double dexels)
 {
-    size_t k = 0;
-
     if (g->height != points->height || g->width != points->width)
         return false;
     for (uint32_t row = 0; row < g->height; row++)
-        for (uint32_t col = 0; col < g->width; col++, k++) {
-            const double *p = points->xyz + 3 * k;
-
-            if (dx_fit_valid(p) && (dx_geometry_units(g, range_of(g, row, col, p)) == 0 ||
-                                    departure2(g, row, col, p) > dexels * dexels))
-                return false;
-        }
+        if (!(g->width < PART ? narrow_row_holds : wide_row_holds)(g, points, row, dexels))
+            return false;
     return true;
 }

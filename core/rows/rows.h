@@ -240,6 +240,14 @@ struct dx_row_span {
     const float *x[2], *y[2], *z[2];
 };
 
+/* Where the dexels of a row look, from some column on: those of a spinning geometry by cosines and
+ * sines of their columns, in pairs, and the row's six numbers; of a pinhole by their tangents and
+ * the row's; of a table by three numbers each. */
+struct dx_row_beams {
+    enum { DX_BEAMS_SPINNING, DX_BEAMS_PINHOLE, DX_BEAMS_TABLE } kind;
+    const float *columns, *row;
+};
+
 struct dx_rows {
     const char *name;
 
@@ -323,6 +331,17 @@ struct dx_rows {
                    const struct dx_row_delta *row);
 
     /* ---- points ---- */
+
+    /* Ranges of DX_ROWS_CELLS points from their beams' origins (pinhole: along the axis), in units;
+     * 0 where a point is no return (dx_fit_valid), or the range rounds to none or to more than
+     * `limit`. Returns as bits which are 0 and have three numbers. */
+    uint64_t (*units)(uint32_t units[DX_ROWS_CELLS], const double *xyz,
+                      const struct dx_row_beams *beams, double unit_m, double limit);
+
+    /* Which of DX_ROWS_CELLS points are surely returns, within 1e-6 of their beams' directions and
+     * between two distances from their origins. */
+    uint64_t (*on_beams)(const double *xyz, const struct dx_row_beams *beams, double near,
+                         double far);
 
     /* Those of ranges r (metres) in a row of a spinning geometry, by its six numbers; and in any
      * other, by the vectors that ranges stretch. */

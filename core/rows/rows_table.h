@@ -48,6 +48,7 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
 #include "core/rows/rows_words.h"
 
 #include "core/rows/rows_filters.h"
+#include "core/rows/rows_fit.h"
 #include "core/rows/rows_lod.h"
 #include "core/rows/rows_wire.h"
 
@@ -84,6 +85,6 @@ static struct dx_row_preference tell_f64(const double *more, const double *margi
         .widen = widen_rows, .pack_codes = pack_codes_rows,                                        \
         .count_triangles = count_triangles_rows, .deltas = deltas_row, .turn = turn_row,           \
         .stretch = stretch_row, .unit = unit_row, .cap = cap_row, .add_cells = add_cells_row,      \
-        .octahedral = octahedral_row, .filters = FILTERS, .errors = errors_row,                    \
-        .raise = raise_row, .smoother = DX_SMOOTHER,                                               \
+        .octahedral = octahedral_row, .units = units_row, .on_beams = on_beams_row,                \
+        .filters = FILTERS, .errors = errors_row, .raise = raise_row, .smoother = DX_SMOOTHER,     \
     }
