@@ -8,6 +8,7 @@
 
 #include "core/base/err.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -29,8 +30,17 @@ struct dx_xyz_frame {
 int dx_xyz_frame_reserve(struct dx_xyz_frame *f, uint32_t height, uint32_t width);
 void dx_xyz_frame_fini(struct dx_xyz_frame *f);
 
-/* Sets the returns of an all-zero or non-finite point to "no return". */
-void dx_xyz_frame_set(struct dx_xyz_frame *f, size_t k, double x, double y, double z);
+/* Sets a point; one that is all zero, or not finite, is no return. */
+static inline void dx_xyz_frame_set(struct dx_xyz_frame *f, size_t k, double x, double y, double z)
+{
+    const bool is_return =
+        isfinite(x) && isfinite(y) && isfinite(z) && (x != 0 || y != 0 || z != 0);
+    double *p = f->xyz + 3 * k;
+
+    p[0] = is_return ? x : NAN;
+    p[1] = is_return ? y : NAN;
+    p[2] = is_return ? z : NAN;
+}
 
 /*
  * Makes the 16-bit attribute of intensity[] (one per dexel). The scale is the narrowest of these

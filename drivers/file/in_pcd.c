@@ -127,17 +127,52 @@ static struct column column_of(const struct dx_pcd_field *f, const uint8_t *data
     return (struct column){data, stride, f->size, f->type};
 }
 
+#define BLOCK 256 /* points at a time */
+
+/* Values [at, at + n) of a field; nearly all are f32. */
+static void load_block(double *out, const struct column *c, size_t at, size_t n)
+{
+    const uint8_t *p = c->base + at * c->stride;
+
+    if (c->type != 'F' || c->size != 4) {
+        for (size_t j = 0; j < n; j++)
+            out[j] = load(c, at + j);
+        return;
+    }
+    for (size_t j = 0; j < n; j++)
+        out[j] = (double)dx_f32_from_bits(dx_get_u32(p + j * c->stride));
+}
+
+static void take_attr(struct dx_xyz_frame *f, const struct column *attr, bool colour, size_t at,
+                      size_t n)
+{
+    double v[BLOCK];
+
+    if (colour) {
+        for (size_t k = at; k < at + n; k++)
+            f->attr_room[k] = luminance((uint32_t)load_bits(attr, k));
+        return;
+    }
+    load_block(v, attr, at, n);
+    for (size_t j = 0; j < n; j++)
+        f->intensity[at + j] = to_intensity(v[j]);
+}
+
 static void take_columns(struct dx_xyz_frame *f, const struct column xyz[3],
                          const struct column *attr, bool colour)
 {
-    size_t n = (size_t)f->height * f->width;
+    const size_t n_points = (size_t)f->height * f->width;
 
-    for (size_t k = 0; k < n; k++) {
-        dx_xyz_frame_set(f, k, load(&xyz[0], k), load(&xyz[1], k), load(&xyz[2], k));
-        if (attr && colour)
-            f->attr_room[k] = luminance((uint32_t)load_bits(attr, k));
-        else if (attr)
-            f->intensity[k] = to_intensity(load(attr, k));
+    for (size_t at = 0; at < n_points; at += BLOCK) {
+        const size_t n = n_points - at < BLOCK ? n_points - at : BLOCK;
+        double v[3][BLOCK];
+
+        for (int k = 0; k < 3; k++)
+            load_block(v[k], &xyz[k], at, n);
+        for (size_t j = 0; j < n; j++)
+            dx_xyz_frame_set(f, at + j, v[0][j], v[1][j], v[2][j]);
+        if (attr)
+            take_attr(f, attr, colour, at, n);
     }
 }
 
