@@ -57,8 +57,8 @@ struct dx_tile {
                  DX_TILE_CELLS];    /* enum dx_cell; row stride 64; 0 outside cell_rows/cols */
     uint8_t strut[DX_BLOCK_DEXELS]; /* code (strut.h) at the missing dexel that owns it; 0 none */
     uint32_t
-        range[DX_BLOCK_DEXELS + 16]; /* block order; only used dexels matter; room at the end */
-    uint16_t attr[DX_BLOCK_DEXELS];
+        range[DX_BLOCK_DEXELS + 16];     /* block order; only used dexels matter; room at the end */
+    uint16_t attr[DX_BLOCK_DEXELS + 16]; /* as ranges */
     bool has_normals;
     int8_t normal[2 * DX_BLOCK_DEXELS]; /* octahedral.h; block order */
     bool exact;                         /* vertices are the points below, not those of the ranges */

@@ -79,24 +79,24 @@ uint64_t dx_tile_hash_outcome(const struct dx_outcome *out, const struct dx_rule
 
 /* ---- more than codes and ranges ------------------------------------------------------------- */
 
-static uint64_t hash_samples(uint64_t h, const struct dx_tile *tile, const struct dx_used *used)
+static void add_samples(struct digest *d, const uint16_t sample[DX_BLOCK_DEXELS + 16],
+                        const struct dx_used *used)
 {
-    uint16_t sample[DX_BLOCK_DEXELS];
+    const uint16_t *row[DX_BLOCK];
 
-    if (tile->attr_bytes) {
-        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
-            sample[k] = dx_used_has(used, k) ? tile->attr[k] : 0;
-        h = dx_hash(h, sample, sizeof(sample));
-    }
-    if (tile->has_normals) {
-        for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++) {
-            const uint8_t *normal = (const uint8_t *)tile->normal + 2 * (size_t)k;
+    for (uint32_t i = 0; i < DX_BLOCK; i++)
+        row[i] = sample + (size_t)i * DX_BLOCK;
+    d->rows->digest(d->lane, row, used->row, DX_BLOCK);
+    d->n_rows += DX_BLOCK;
+}
 
-            sample[k] = dx_used_has(used, k) ? dx_get_u16(normal) : 0;
-        }
-        h = dx_hash(h, sample, sizeof(sample));
-    }
-    return h;
+static void add_normals(struct digest *d, const struct dx_tile *tile, const struct dx_used *used)
+{
+    uint16_t sample[DX_BLOCK_DEXELS + 16] = {0};
+
+    for (uint32_t k = 0; k < DX_BLOCK_DEXELS; k++)
+        sample[k] = dx_get_u16((const uint8_t *)tile->normal + 2 * (size_t)k);
+    add_samples(d, sample, used);
 }
 
 /* By their bits: -0 is another point than 0. */
@@ -122,7 +122,11 @@ uint64_t dx_tile_hash(const struct dx_tile *tile)
         return 0;
     for (uint32_t i = 0; i < DX_BLOCK; i++)
         add_wide(&d, tile->range + (size_t)i * DX_BLOCK, used.row[i]);
-    h = hash_samples(end(&d, bit, tile->strut, &used), tile, &used);
+    if (tile->attr_bytes)
+        add_samples(&d, tile->attr, &used);
+    if (tile->has_normals)
+        add_normals(&d, tile, &used);
+    h = end(&d, bit, tile->strut, &used);
     if (tile->exact)
         h = hash_points(h, tile, &used);
     return h | 1;

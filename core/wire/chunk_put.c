@@ -137,28 +137,35 @@ static uint8_t *put_codes(uint8_t *out, const struct dx_tile *tile)
     return dx_end_bits(&b);
 }
 
-static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
+/* Values of the used dexels, 16 bits each, one after the other; `kept` has the room. */
+static size_t keep_used(uint16_t *kept, const uint32_t *value, const struct dx_used *used)
 {
     const struct dx_rows *rows = dx_rows_get(DX_SIMD_AUTO);
-    uint16_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK], *end = kept;
+    uint16_t *end = kept;
 
     for (uint32_t i = 0; i < DX_BLOCK; i++)
-        end = rows->keep16(end, tile->range + i * DX_BLOCK, used->row[i]);
-    dx_put_u16s(p, kept, (size_t)(end - kept));
-    return p + 2 * (end - kept);
+        end = rows->keep16(end, value + (size_t)i * DX_BLOCK, used->row[i]);
+    return (size_t)(end - kept);
+}
+
+static uint8_t *put_ranges(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
+{
+    uint16_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
+    const size_t n = keep_used(kept, tile->range, used);
+
+    dx_put_u16s(p, kept, n);
+    return p + 2 * n;
 }
 
 static uint8_t *put_tile_attrs(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
 {
-    for (uint32_t i = 0; tile->attr_bytes && i < DX_BLOCK; i++)
-        for (dx_bits row = used->row[i]; row; row &= row - 1) {
-            const uint16_t v = tile->attr[i * DX_BLOCK + dx_bits_first(row)];
+    uint16_t kept[DX_BLOCK_DEXELS + DX_ROWS_SLACK];
+    uint32_t value[DX_BLOCK_DEXELS + 16];
 
-            *p++ = (uint8_t)v;
-            if (tile->attr_bytes == 2)
-                *p++ = (uint8_t)(v >> 8);
-        }
-    return p;
+    if (tile->attr_bytes == 0)
+        return p;
+    dx_rows_get(DX_SIMD_AUTO)->widen(value, tile->attr, DX_BLOCK, DX_BLOCK);
+    return put_attrs(p, kept, keep_used(kept, value, used), tile->attr_bytes);
 }
 
 static uint8_t *put_tile_normals(uint8_t *p, const struct dx_tile *tile, const struct dx_used *used)
