@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -168,6 +169,15 @@ static uint64_t take_epochs(int fd, uint32_t n)
     return n_tiles;
 }
 
+/* Whether the recorder, whose thread may come late, has put blocks into its file. */
+static bool records(const struct service *s)
+{
+    const char *path = s->config.streams[0].record.path;
+    struct stat st;
+
+    return !*path || (stat(path, &st) == 0 && st.st_size > 0);
+}
+
 static void runs_without_allocating(const char *yaml, enum dx_encoding encoding,
                                     struct dx_lod_level lod)
 {
@@ -178,6 +188,8 @@ static void runs_without_allocating(const char *yaml, enum dx_encoding encoding,
     service_init(&s, yaml);
     fd = subscribe(s.socket, encoding, lod);
     take_epochs(fd, WARM_EPOCHS);
+    while (!records(&s))
+        take_epochs(fd, 1);
     before = dx_alloc_count();
     n_tiles = take_epochs(fd, MEASURED_EPOCHS);
     after = dx_alloc_count();
