@@ -4,13 +4,15 @@
 #include <errno.h>
 #include <stdlib.h>
 
-#define WINDOW 16 /* tiles encoded at a time: enough for the pool, small enough for the cache */
+#define WINDOW    16 /* tiles encoded at a time: enough for the pool, small enough for the cache */
+#define FEW_BYTES (256u << 10) /* are copied sooner than another thread wakes */
 
 /* A tile on its way to the feed: its chunk in each form that wants it (len 0: not wanted). */
 struct encode_job {
     uint32_t tile;
     size_t len[DX_N_FORMS];
     uint8_t *body[DX_N_FORMS];
+    uint32_t chunk[DX_N_FORMS]; /* where it goes */
 };
 
 struct encode_scratch {
@@ -21,7 +23,8 @@ struct encode_scratch {
 
 struct dx_encoder {
     struct dx_pool *pool;
-    struct dx_encoder_source source; /* of the call under way */
+    struct dx_encoder_source source; /* of the call under way, and where its chunks go */
+    struct dx_feed *feed;
     struct encode_job job[WINDOW];
     struct encode_scratch *scratch; /* one a thread */
 };
@@ -120,15 +123,35 @@ static void encode_tile(void *ctx, uint32_t task, unsigned thread)
     }
 }
 
-/* Encodes the first n jobs and adds them to the open epoch. False: short of chunks. */
-static bool flush_jobs(struct dx_encoder *e, struct dx_feed *feed, uint32_t n_jobs)
+/* Runs on the pool: the chunks of one tile to where they go. */
+static void fill_tile(void *ctx, uint32_t task, unsigned thread)
 {
+    const struct dx_encoder *e = ctx;
+    const struct encode_job *job = &e->job[task];
+
+    (void)thread;
+    for (unsigned n = 0; n < DX_N_FORMS; n++)
+        if (job->len[n])
+            dx_feed_fill(e->feed, job->chunk[n], job->body[n]);
+}
+
+/* Encodes the first n jobs and adds them to the open epoch, in their order. False: short of chunks.
+ */
+static bool flush_jobs(struct dx_encoder *e, uint32_t n_jobs)
+{
+    size_t n_bytes = 0;
+
     dx_pool_run_tiles(e->pool, n_jobs, encode_tile, e);
-    for (uint32_t k = 0; k < n_jobs; k++)
-        for (unsigned n = 0; n < DX_N_FORMS; n++)
-            if (e->job[k].len[n] &&
-                !dx_feed_add(feed, e->job[k].tile, n, e->job[k].body[n], e->job[k].len[n]))
+    for (uint32_t k = 0; k < n_jobs; k++) {
+        struct encode_job *job = &e->job[k];
+
+        for (unsigned n = 0; n < DX_N_FORMS; n++) {
+            if (job->len[n] && !dx_feed_add(e->feed, job->tile, n, job->len[n], &job->chunk[n]))
                 return false;
+            n_bytes += job->len[n];
+        }
+    }
+    dx_pool_run(n_bytes > FEW_BYTES ? e->pool : NULL, n_jobs, fill_tile, e);
     return true;
 }
 
@@ -138,6 +161,7 @@ bool dx_encoder_add(struct dx_encoder *e, struct dx_feed *feed,
     uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(source->terrain)), n_jobs = 0;
 
     e->source = *source;
+    e->feed = feed;
     for (uint32_t t = 0; t < n_tiles; t++) {
         struct encode_job *job = &e->job[n_jobs];
         bool any = false;
@@ -150,10 +174,10 @@ bool dx_encoder_add(struct dx_encoder *e, struct dx_feed *feed,
             continue;
         job->tile = t;
         if (++n_jobs == WINDOW) {
-            if (!flush_jobs(e, feed, n_jobs))
+            if (!flush_jobs(e, n_jobs))
                 return false;
             n_jobs = 0;
         }
     }
-    return n_jobs == 0 || flush_jobs(e, feed, n_jobs);
+    return n_jobs == 0 || flush_jobs(e, n_jobs);
 }

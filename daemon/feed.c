@@ -252,15 +252,12 @@ void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[
     o->mark = o->last;
 }
 
-static void fill_chunk(struct dx_feed *f, struct dx_feed_chunk *c, const uint8_t *body)
+static void take_blocks(struct dx_feed *f, struct dx_feed_chunk *c)
 {
     c->first = c->last = DX_FEED_NONE;
     for (uint32_t k = 0; k < c->n_blocks; k++) {
-        uint32_t block = take_block(f), at = k * DX_FEED_BLOCK_LEN;
-        uint32_t left = c->len - at;
+        uint32_t block = take_block(f);
 
-        memcpy(dx_feed_block(f, block), body + at,
-               left < DX_FEED_BLOCK_LEN ? left : DX_FEED_BLOCK_LEN);
         if (k == 0)
             c->first = block;
         else
@@ -274,7 +271,7 @@ static bool has_room(const struct dx_feed *f, size_t n_blocks)
     return f->free_chunks.n > f->keep_chunks && f->free_blocks.n >= f->keep_blocks + n_blocks;
 }
 
-bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, const uint8_t *body, size_t len)
+bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, size_t len, uint32_t *chunk)
 {
     struct dx_feed_outbox *o = &f->out;
     bool empty = len == DX_CHUNK_HEADER_LEN;
@@ -296,13 +293,28 @@ bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, const uint8_t 
     c->generation = o->open_generation[form];
     c->epoch = o->open_epoch;
     c->next = DX_FEED_NONE;
-    fill_chunk(f, c, body);
+    take_blocks(f, c);
     if (o->last == DX_FEED_NONE)
         o->first = number;
     else
         f->chunk[o->last].next = number;
     o->last = number;
+    *chunk = number;
     return true;
+}
+
+void dx_feed_fill(struct dx_feed *f, uint32_t chunk, const uint8_t *body)
+{
+    const struct dx_feed_chunk *c = &f->chunk[chunk];
+    uint32_t block = c->first;
+
+    for (uint32_t k = 0, at = 0; k < c->n_blocks; k++, at += DX_FEED_BLOCK_LEN) {
+        const uint32_t left = c->len - at;
+
+        memcpy(dx_feed_block(f, block), body + at,
+               left < DX_FEED_BLOCK_LEN ? left : DX_FEED_BLOCK_LEN);
+        block = f->next_block[block];
+    }
 }
 
 void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit,

@@ -53,10 +53,13 @@ struct dx_lod_level dx_feed_level(const struct dx_feed *f, unsigned slot);
 /* Starts an epoch; they are numbered from 1, upwards. `generation`: what dx_feed_wanted said. */
 void dx_feed_begin(struct dx_feed *f, uint64_t epoch, const uint32_t generation[DX_N_FORMS]);
 
-/* Adds the chunk of a tile (the TILE body) to the open epoch. `len` of DX_CHUNK_HEADER_LEN: the
- * tile is empty. False: short of chunks; the mesher must call dx_feed_abort and try again when
- * kicked. */
-bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, const uint8_t *body, size_t len);
+/* Adds a chunk for a tile (a TILE body of `len` bytes) to the open epoch; `len` of
+ * DX_CHUNK_HEADER_LEN: the tile is empty. False: short of chunks; the mesher must call
+ * dx_feed_abort and try again when kicked. */
+bool dx_feed_add(struct dx_feed *f, uint32_t tile, unsigned form, size_t len, uint32_t *chunk);
+
+/* Its bytes: before the epoch is committed, on any thread that the mesher waits for. */
+void dx_feed_fill(struct dx_feed *f, uint32_t chunk, const uint8_t *body);
 
 /* Publishes the epoch. Always succeeds. `passage` NULL: no new data came with it. */
 void dx_feed_commit(struct dx_feed *f, const struct dx_msg_commit *commit,

@@ -3,6 +3,7 @@
 #define FEED_BODY_H
 
 #include "core/base/hash.h"
+#include "daemon/feed.h"
 #include "daemon/feed_loop.h"
 
 #define FEED_BODY_MAX (3 * DX_FEED_BLOCK_LEN + 512)
@@ -46,6 +47,18 @@ static inline bool feed_body_is(const struct dx_feed *f, uint32_t number, uint64
             return false;
         block = f->next_block[block];
     }
+    return true;
+}
+
+/* A chunk of a tile to the open epoch. False: short of chunks. */
+static inline bool feed_add_body(struct dx_feed *f, uint32_t tile, unsigned form,
+                                 const uint8_t *body, size_t len)
+{
+    uint32_t chunk;
+
+    if (!dx_feed_add(f, tile, form, len, &chunk))
+        return false;
+    dx_feed_fill(f, chunk, body);
     return true;
 }
 

@@ -24,6 +24,7 @@
 #include "daemon/feed_priv.h"
 #include "daemon/log.h"
 #include "daemon/server.h"
+#include "tests/unit/feed_body.h"
 
 #define MAX_TILES 128
 
@@ -159,10 +160,10 @@ static inline bool mesher_add(struct mesher *m, uint64_t frame, const uint32_t *
         if (!generation[e] ||
             (generation[e] == m->served[e] && version == fixture_version(m->frame, t)))
             continue;
-        if (!dx_feed_add(fx->feed, t, e, body,
-                         fixture_body(body, version, dx_form_encoding(e),
-                                      fixture_grid(m->grid)->cols, t, fx->body_len,
-                                      fixture_sections(fx))))
+        if (!feed_add_body(fx->feed, t, e, body,
+                           fixture_body(body, version, dx_form_encoding(e),
+                                        fixture_grid(m->grid)->cols, t, fx->body_len,
+                                        fixture_sections(fx))))
             return false;
     }
     return true;

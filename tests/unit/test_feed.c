@@ -223,7 +223,7 @@ static void mesher_step(struct model *m)
     /* a new generation: every tile, but an empty one need not be told */
     if (m->served[e] == m->generation[e] ? !m->unsent[e][tile] : version == 0)
         return;
-    if (dx_feed_add(m->feed, tile, e, body, feed_body_make(body, version)))
+    if (feed_add_body(m->feed, tile, e, body, feed_body_make(body, version)))
         return;
     m->waiting = true; /* before: the kick may come at once */
     seen.n_short++;

@@ -62,7 +62,7 @@ static bool add_all(struct dx_feed *f, uint64_t epoch, uint64_t sent, const uint
 
         if (!generation[e] || (!all && version_of(sent, tile) == version))
             continue;
-        if (!dx_feed_add(f, tile, e, body, feed_body_make(body, version)))
+        if (!feed_add_body(f, tile, e, body, feed_body_make(body, version)))
             return false;
     }
     return true;
