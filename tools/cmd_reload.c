@@ -2,6 +2,8 @@
 #include "tools/cmd.h"
 #include "tools/service_request.h"
 
+#include <errno.h>
+#include <stdbool.h>
 #include <stdio.h>
 
 static const char help[] =
@@ -9,6 +11,17 @@ static const char help[] =
     "Has a running dexeld read its configuration file again. Streams that are the same there go "
     "on\n"
     "undisturbed; a file that is not right changes nothing.\n\n" DX_SERVICE_REQUEST_HELP;
+
+/* Names, or nothing at all. */
+static bool has_names(const json_t *reply, const char *key)
+{
+    const json_t *list = json_object_get(reply, key);
+    bool good = !list || json_is_array(list);
+
+    for (size_t k = 0; k < json_array_size(list); k++)
+        good = good && json_is_string(json_array_get(list, k));
+    return good;
+}
 
 /* ": hall, box" */
 static void put_names(const json_t *list)
@@ -20,11 +33,14 @@ static void put_names(const json_t *list)
 
 static int show(const json_t *reply, struct dx_err *err)
 {
-    static const char *const did[] = {"added", "changed", "removed", "unchanged"};
+    static const char *const did[] = {"added", "changed", "removed", "unchanged", "restart"};
     const json_t *restart = json_object_get(reply, "restart");
 
-    (void)err;
-    for (size_t k = 0; k < sizeof(did) / sizeof(did[0]); k++) {
+    for (size_t k = 0; k < sizeof(did) / sizeof(did[0]); k++)
+        if (!has_names(reply, did[k]))
+            return dx_err_set(err, -EBADMSG,
+                              "the service: found something else in '%s', expected names", did[k]);
+    for (size_t k = 0; k + 1 < sizeof(did) / sizeof(did[0]); k++) {
         const json_t *list = json_object_get(reply, did[k]);
 
         printf("%zu %s", json_array_size(list), did[k]);
