@@ -99,8 +99,11 @@ static int get_fields(struct dx_geometry *g, struct dx_reader *r, const uint8_t 
     g->range_bytes = small[3];
     g->exact = small[5] != 0;
     g->unit_m = dx_read_f32(r);
-    for (size_t k = 0; k < 12; k++)
+    for (size_t k = 0; k < 12; k++) {
         g->pose[k] = dx_read_f64(r);
+        if (!isfinite(g->pose[k]))
+            return -EBADMSG;
+    }
     n_table = dx_read_u32(r);
     if (r->failed || n_table != g->n_table || dx_reader_left(r) != 4 * g->n_table ||
         !(g->unit_m > 0) || isinf(g->unit_m) || (g->range_bytes != 2 && g->range_bytes != 4))

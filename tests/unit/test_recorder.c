@@ -4,6 +4,7 @@
 
 #include "core/base/hash.h"
 
+#include <math.h>
 #include <pthread.h>
 
 static void records_blocks_of_any_length(void **state)
@@ -314,6 +315,9 @@ static void keeps_geometry(void **state)
     for (size_t n = 0; n < len; n++)
         assert_int_equal(dx_recording_get_geometry(&back, &attr_bytes, bytes, n), -EBADMSG);
     bytes[8]++; /* a row more */
+    assert_int_equal(dx_recording_get_geometry(&back, &attr_bytes, bytes, len), -EBADMSG);
+    g->pose[11] = NAN;
+    dx_recording_put_geometry(bytes, g, 2);
     assert_int_equal(dx_recording_get_geometry(&back, &attr_bytes, bytes, len), -EBADMSG);
     free(bytes);
     dx_geometry_unref(g);
