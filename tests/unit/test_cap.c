@@ -70,7 +70,7 @@ static void edges_as_long_as_the_cap_are_told_by_integers(void **state)
         dx_plane_fini(&p);
         dx_geometry_unref(g);
     }
-    assert_true(n_triangles > ROUNDS(10000));
+    assert_true(n_triangles > ROUNDS(5000));
 }
 
 /* Directions of lengths whose squares f32 holds, and not. */
