@@ -238,6 +238,8 @@ $(B)/hil/bin/%: $(B)/obj/tests/hil/%.o $(call obj,tests/hil/redir.c tests/hil/us
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $(filter %.o,$^) $(LIBS) $(PKG_LIBS) -lusbredirparser
 
+# Programs that are many times slower may take longer before they are thought to hang (tests/run_one.sh).
+asan tsan valgrind coverage: export TEST_SECONDS ?= 3600
 asan:
 	@$(MAKE) --no-print-directory B=build/asan OPT=-O1 \
 	  SAN='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \

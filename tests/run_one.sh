@@ -23,9 +23,10 @@ case $test in
     ;;
 esac
 
+# Against hanging alone.
 case $test in
-  *.sh) timeout 1200 sh "$test" ;; # compilers.sh builds all of it three times
-  *) timeout 600 "$test" ;;
+  *.sh) timeout "${TEST_SECONDS:-1200}" sh "$test" ;; # compilers.sh builds all of it three times
+  *) timeout "${TEST_SECONDS:-600}" "$test" ;;
 esac >"$log/$name.log" 2>&1 </dev/null
 status=$?
 echo $(($(date +%s) - begun)) >"$log/$name.seconds"

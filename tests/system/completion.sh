@@ -38,7 +38,7 @@ for command in $commands; do
   done
   # --help comes too late to be an option where another one takes it for its value; that one is wrong then
   while read -r option; do
-    timeout 20 "$dexel" "$command" "$option" --help >out 2>err </dev/null
+    timeout 300 "$dexel" "$command" "$option" --help >out 2>err </dev/null
     ! grep -qE 'unrecognized option|ambiguous' err || fail "dexel $command: $option is offered: $(cat err)"
     n=$((n + 1))
   done <offered

@@ -18,7 +18,7 @@ mkfifo said
 exec 8<>said
 "$dexel" cat --socket mesh.sock >&8 2>&1 &
 client=$!
-timeout 20 grep -q -m 1 '160 x 120 dexels' <&8 || fail "a client was told nothing"
+timeout 300 grep -q -m 1 '160 x 120 dexels' <&8 || fail "a client was told nothing"
 expect 0 "$dexel" clients --socket control.sock
 number=$(awk -v pid=$client '$2 == pid && $4 == "box" {print $1}' out)
 [ -n "$number" ] || fail "the client $client is not listed: $(cat out)"
@@ -29,7 +29,7 @@ says 'the service: no client of number 999999'
 expect 0 "$dexel" clients --socket control.sock --disconnect "$number"
 says '1 disconnected' out
 wait $client && fail "a client that was disconnected ended well"
-timeout 20 grep -q -m 1 'disconnected by an operator' <&8 || fail "it was not told why"
+timeout 300 grep -q -m 1 'disconnected by an operator' <&8 || fail "it was not told why"
 exec 8>&-
 says "pid $client" dexeld.log
 grep -q "control: pid [0-9]* uid $(id -u) asked for .*\"disconnect\"" dexeld.log || fail "the log does not tell who asked"

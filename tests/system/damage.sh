@@ -13,7 +13,7 @@ refuses() {
   file=$1
   shift
   code=0
-  timeout 20 "$dexel" "$@" >"$run/said" 2>&1 || code=$?
+  timeout 300 "$dexel" "$@" >"$run/said" 2>&1 || code=$?
   [ $code = 1 ] || wrong "dexel $*: status $code, expected 1: $(cat "$run/said")"
   grep -qE "$file: .*(line|byte) [0-9]+" "$run/said" || wrong "dexel $*: no file or place in '$(cat "$run/said")'"
   [ ! -e "$run/out.ply" ] && [ ! -e "$run/out.ptx" ] && [ ! -e "$run/out.png" ] || { wrong "dexel $* left a file"; rm -f "$run"/out.*; }
@@ -74,7 +74,7 @@ n_bad=$(ls "$run/scan" | wc -l)
 for word in nan inf -inf 1e39; do
   sed "11,\$s/.*/$word $word $word 0.5/" "$run/a.ptx" >"$run/none.ptx"
   code=0
-  timeout 20 "$dexel" mesh "$run/none.ptx" -o "$run/out.ply" 2>"$run/said" || code=$?
+  timeout 300 "$dexel" mesh "$run/none.ptx" -o "$run/out.ply" 2>"$run/said" || code=$?
   [ $code = 1 ] && grep -q none.ptx "$run/said" || wrong "points of $word: status $code, $(cat "$run/said")"
 done
 
@@ -82,7 +82,7 @@ done
 cp "$run/a.pcd" "$run/scan/0.pcd"
 cp "$run/a.ptx" "$run/scan/zzz.ptx"
 start_dexeld --replay "$run/scan" --rate max --socket "$run/mesh.sock" || exit 1
-timeout 60 "$dexel" cat --socket "$run/mesh.sock" --lossless --stats --quiet >"$run/cat.json" || wrong "dexel cat: status $?"
+timeout 300 "$dexel" cat --socket "$run/mesh.sock" --lossless --stats --quiet >"$run/cat.json" || wrong "dexel cat: status $?"
 "$dexel" status --socket "$run/mesh.sock" --json >"$run/status.json"
 stop_dexeld || wrong "dexeld: status $?"
 grep -q "\"frame\": $((n_bad + 1)), " "$run/cat.json" || wrong "the last frame is not the last good one: $(cat "$run/cat.json")"
@@ -92,7 +92,7 @@ grep -q 'reader: replay: .*scan/absurd-columns.ptx: line 1' "$run/dexeld.log" ||
 # ---- nothing but a damaged one: the stream ends, and subscribers hear why
 start_dexeld --replay "$run/scan/cut-20-a.pcd" --rate max --socket "$run/mesh.sock" || exit 1
 code=0
-timeout 20 "$dexel" cat --socket "$run/mesh.sock" 2>"$run/said" || code=$?
+timeout 300 "$dexel" cat --socket "$run/mesh.sock" 2>"$run/said" || code=$?
 [ $code = 1 ] || wrong "dexel cat of a stream without a frame: status $code, expected 1"
 grep -q 'ended: .*cut-20-a.pcd: byte [0-9]' "$run/said" || wrong "no reason: $(cat "$run/said")"
 stop_dexeld || wrong "dexeld: status $?"

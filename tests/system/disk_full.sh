@@ -18,7 +18,7 @@ told() {
   shift
   ls -A "$run" >"$run/.before"
   code=0
-  timeout 200 "$@" >"$run/.out" 2>"$run/.said" || code=$?
+  timeout 300 "$@" >"$run/.out" 2>"$run/.said" || code=$?
   [ $code = 1 ] || wrong "$*: status $code, expected 1: $(cat "$run/.said")"
   grep -qE "$file: .*(No space left|File too large)" "$run/.said" || wrong "$*: said '$(cat "$run/.said")'"
   ls -A "$run" | cmp -s - "$run/.before" || wrong "$*: left $(ls -A "$run")"
@@ -53,13 +53,13 @@ for command in "mesh $run/scan.pcd --stats" "cat --socket $run/mesh.sock --quiet
   "status --socket $run/mesh.sock --json" "status --socket $run/mesh.sock"; do
   code=0
   # shellcheck disable=SC2086 # words
-  timeout 200 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
+  timeout 300 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
   [ $code = 1 ] && [ -s "$run/.said" ] || wrong "dexel $command: status $code, said '$(cat "$run/.said")'"
 done
 for command in "sim --list" --version --help help "help cat" "bench copy --size 64x64 --rounds 1"; do
   code=0
   # shellcheck disable=SC2086 # words
-  timeout 200 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
+  timeout 300 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
   [ $code = 1 ] || wrong "dexel $command: status $code, expected 1"
   grep -qx "dexel: standard output: No space left on device" "$run/.said" ||
     wrong "dexel $command: said '$(cat "$run/.said")'"

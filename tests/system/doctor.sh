@@ -172,7 +172,7 @@ finds problem sockets '/run/dexeld/mesh.sock is no socket' \
 machine
 printf 'not a scan' >"$run/bad.pcd"
 start_dexeld --replay "$run/bad.pcd" --loop --socket "$root/s" || exit 1
-"$dexel" cat --socket "$root/s" --timeout 20 >/dev/null 2>&1 # until the stream is over
+"$dexel" cat --socket "$root/s" --timeout 300 >/dev/null 2>&1 # until the stream is over
 expect 0 "$dexel" doctor --socket /s
 finds ok sockets '/s.control: somebody answers'
 finds warning service 'replay is ended: ' 'journalctl -u dexeld -n 50'

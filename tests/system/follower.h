@@ -18,7 +18,7 @@
 #include "core/base/hash.h"
 
 #define FOLLOWER_HISTORY    2048
-#define FOLLOWER_SILENCE_MS 30000 /* guards against hanging; nothing is measured by it */
+#define FOLLOWER_SILENCE_MS 300000 /* guards against hanging; nothing is measured by it */
 
 struct follower_commit {
     struct dexel_commit commit; /* epoch 0: none */

@@ -37,7 +37,7 @@ ln -s "$root/usr/sbin/dexeld" "$run/bin/dexeld" # where start_dexeld looks for i
 B=$run
 for follow in follow follow-static; do
   start_dexeld --replay "$run/scan.pcd" --rate max --socket "$run/mesh.sock"
-  DEXELD_SOCKET=$run/mesh.sock LD_LIBRARY_PATH=$root/usr/lib timeout 20 "$run/$follow" >"$run/lines"
+  DEXELD_SOCKET=$run/mesh.sock LD_LIBRARY_PATH=$root/usr/lib timeout 300 "$run/$follow" >"$run/lines"
   grep -q '^replay: 40 x 60 dexels' "$run/lines" || wrong "$follow: $(cat "$run/lines")"
   grep -q '^epoch .*, frame 0: .* tiles changed, [1-9][0-9]* triangles' "$run/lines" || wrong "$follow: $(cat "$run/lines")"
   stop_dexeld

@@ -15,7 +15,7 @@ fails() {
   want=$1 text=$2
   shift 2
   code=0
-  timeout 20 "$@" >"$run/said" 2>&1 || code=$?
+  timeout 300 "$@" >"$run/said" 2>&1 || code=$?
   [ $code = "$want" ] || wrong "$*: status $code, expected $want"
   [ -z "$text" ] || grep -qF -- "$text" "$run/said" || wrong "$*: said '$(cat "$run/said")', expected '$text'"
 }
@@ -50,11 +50,11 @@ mkfifo "$run/said.cat"
 exec 8<>"$run/said.cat"
 "$dexel" cat --socket "$sock" --encoding f32 >&8 2>&1 &
 stopped=$!
-timeout 20 grep -q -m 1 '160 x 120 dexels' <&8 || wrong "a client was told nothing"
+timeout 300 grep -q -m 1 '160 x 120 dexels' <&8 || wrong "a client was told nothing"
 kill -STOP $stopped
 "$dexel" cat --socket "$sock" --encoding q16 >&8 2>&1 &
 client=$!
-timeout 20 grep -q -m 1 '160 x 120 dexels' <&8 || wrong "a client was told nothing"
+timeout 300 grep -q -m 1 '160 x 120 dexels' <&8 || wrong "a client was told nothing"
 "$dexel" cat --socket "$sock" --frames 5 --quiet || wrong "a client beside a stopped one has no mesh"
 ends "live, with clients"
 kill -CONT $stopped
@@ -90,9 +90,9 @@ if command -v systemd-socket-activate >/dev/null; then
   systemd-socket-activate -l "$sock" -l "$sock.control" --fdname=mesh:control \
     "$dexeld" -c "$run/good.yaml" 2>"$run/activate" &
   dexeld_pid=$!
-  timeout 20 grep -m 2 'Listening on' <&7 >"$run/said" || wrong "systemd-socket-activate does not listen"
-  timeout 20 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "activated: no mesh"
-  timeout 20 "$dexel" status --socket "$sock" >/dev/null || wrong "activated: no status"
+  timeout 300 grep -m 2 'Listening on' <&7 >"$run/said" || wrong "systemd-socket-activate does not listen"
+  timeout 300 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "activated: no mesh"
+  timeout 300 "$dexel" status --socket "$sock" >/dev/null || wrong "activated: no status"
   "$dexel" config --socket "$sock" | grep -q '^socket: .*# not in use' || wrong "activated: the configured socket is told to be in use"
   stop_dexeld || wrong "activated: status $dexeld_status"
   [ -S "$sock" ] || wrong "an inherited socket was removed"

@@ -50,7 +50,7 @@ refused() { # refused TEXT OPTION...
   text=$1
   shift
   code=0
-  timeout 20 "$dexel" "$@" >"$run/out" 2>"$run/err" || code=$?
+  timeout 300 "$dexel" "$@" >"$run/out" 2>"$run/err" || code=$?
   [ $code != 0 ] || wrong "$*: taken"
   grep -q -- "$text" "$run/err" || wrong "$*: $(cat "$run/err")"
 }

@@ -21,7 +21,7 @@ exec 8<>"$run/dexeld.log"
 start_dexeld --replay "$run/scan" --rate max --wait 2 --socket "$run/mesh.sock"
 "$dexel" cat --socket "$run/mesh.sock" --lossless --encoding q16 -o "$run/q16-%06d.ply" --every --stats --quiet >"$run/q16.json" &
 first=$!
-timeout 20 grep -q -m 1 'subscribed to replay' <&8 || wrong "the first did not subscribe"
+timeout 300 grep -q -m 1 'subscribed to replay' <&8 || wrong "the first did not subscribe"
 status | grep -q '"state":"opening".*"frames":0,.*"subscribers":1' || wrong "it began with one subscriber: $(status)"
 "$dexel" cat --socket "$run/mesh.sock" --lossless --encoding f32 -o "$run/f32-%06d.ply" --every --stats --quiet >"$run/f32.json"
 wait $first
@@ -44,7 +44,7 @@ streams:
 EOF
 start_dexeld -c "$run/live.yaml"
 code=0
-timeout 20 "$dexel" cat --socket "$run/mesh.sock" --lossless 2>"$run/err" || code=$?
+timeout 300 "$dexel" cat --socket "$run/mesh.sock" --lossless 2>"$run/err" || code=$?
 [ $code = 1 ] || wrong "lossless of a live stream: status $code"
 grep -q 'lossless is only for a replay at rate max' "$run/err" || wrong "$(cat "$run/err")"
 "$dexel" cat --socket "$run/mesh.sock" --frames 1 --quiet

@@ -49,7 +49,7 @@ streams:
 EOF2
 start_dexeld -c "$run/c.yaml"
 "$dexel" cat --socket "$run/mesh.sock" --stream still --quiet # to its end
-"$dexel" cat --socket "$run/mesh.sock" --stream box --frames 10 --timeout 20 --quiet
+"$dexel" cat --socket "$run/mesh.sock" --stream box --frames 10 --timeout 300 --quiet
 "$dexel" cat --socket "$run/mesh.sock" --stream box --encoding delta --quiet &
 cat_pid=$!
 subscribed() { [ "$(metrics | grep -c '^dexeld_client_info{.*encoding="delta"')" = 1 ]; }
@@ -57,7 +57,7 @@ await 'a client in the metrics' subscribed
 
 metrics >"$run/om"
 om check "$run/om"
-"$dexel" cat --socket "$run/mesh.sock" --stream box --frames 10 --timeout 20 --quiet
+"$dexel" cat --socket "$run/mesh.sock" --stream box --frames 10 --timeout 300 --quiet
 metrics >"$run/later"
 om check "$run/later"
 om grows "$run/om" "$run/later"
@@ -93,7 +93,7 @@ said() { grep -q "$1" "$run/dexeld.log"; }
 if [ -n "$mounted" ]; then
   dd if=/dev/zero of="$run/disk/ballast" bs=4096 2>/dev/null || true # until it is full
   await 'the error' said 'dexeld.prom: No space left on device; it is tried again'
-  "$dexel" cat --socket "$run/mesh.sock" --stream box --frames 40 --timeout 20 --quiet || wrong 'the mesh has stopped'
+  "$dexel" cat --socket "$run/mesh.sock" --stream box --frames 40 --timeout 300 --quiet || wrong 'the mesh has stopped'
   om check "$file" --prometheus # still that of before
   [ "$(ls "$run/disk")" = "ballast
 dexeld.prom" ] || wrong "left: $(ls "$run/disk")"
@@ -111,7 +111,7 @@ wait $cat_pid || true
 mkfifo "$run/stuck.prom.new"
 sed "s|^metrics_file: .*|metrics_file: $run/stuck.prom|" "$run/c.yaml" >"$run/stuck.yaml"
 start_dexeld -c "$run/stuck.yaml"
-"$dexel" cat --socket "$run/mesh.sock" --stream box --frames 60 --timeout 20 --quiet || wrong 'stuck: the mesh has stopped'
+"$dexel" cat --socket "$run/mesh.sock" --stream box --frames 60 --timeout 300 --quiet || wrong 'stuck: the mesh has stopped'
 metrics >"$run/om" || wrong 'stuck: no answer'
 stop_dexeld || wrong 'stuck: dexeld failed'
 [ ! -e "$run/stuck.prom" ] || wrong 'a stuck disk has a file'

@@ -64,7 +64,7 @@ def tiles(path, *names):
     for numpy, stream in zip(KINDS, names):
         before = {}
         n_kept = n = 0
-        with dexel.subscribe(path, stream, mode="lossless", timeout=60, numpy=numpy) as meshes:
+        with dexel.subscribe(path, stream, mode="lossless", timeout=300, numpy=numpy) as meshes:
             for mesh in meshes:
                 check(mesh.fresh == (n == 0), f"mesh {n} is fresh: {mesh.fresh}")
                 changed = {key for key in mesh.tiles.keys() | before.keys()
@@ -79,7 +79,7 @@ def tiles(path, *names):
 
 def restart(path):
     n_fresh = 0
-    for mesh in dexel.subscribe(path, encoding="q16", timeout=60):
+    for mesh in dexel.subscribe(path, encoding="q16", timeout=300):
         if mesh.fresh:
             n_fresh += 1
             print(f"fresh {n_fresh}", flush=True)
@@ -139,7 +139,7 @@ class Server:
         thread.start()
         meshes, error = [], None
         try:
-            with dexel.subscribe(self.path, reconnect=False, timeout=wish.pop("timeout", 30), **wish) as taken:
+            with dexel.subscribe(self.path, reconnect=False, timeout=wish.pop("timeout", 300), **wish) as taken:
                 meshes.extend(taken)
         except (dexel.Error, OSError) as caught:
             error = caught
@@ -364,7 +364,7 @@ def capture(path, stream, encoding):
     wish = struct.pack("<4BI5H", encoding, 2, 3, 0, 0, 0, 0, 0, 0, 0) + text(name)
     heard = b""
     with socket.socket(socket.AF_UNIX) as peer:
-        peer.settimeout(60)
+        peer.settimeout(300)
         peer.connect(path)
         peer.sendall(hello + struct.pack("<IHHIIQ", len(wish), 4, 0, NO_STREAM, 1, 0) + wish)
         while heard[-3:] != ENDED[6] and len(heard) < 1000000:

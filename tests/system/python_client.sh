@@ -126,7 +126,7 @@ refused() { # refused TEXT OPTION...
   text=$1
   shift
   code=0
-  timeout 60 "$python" client/python/dexel.py "$@" >"$run/out" 2>"$run/err" || code=$?
+  timeout 300 "$python" client/python/dexel.py "$@" >"$run/out" 2>"$run/err" || code=$?
   [ $code = 1 ] || wrong "$*: status $code"
   grep -q -- "$text" "$run/err" || wrong "$*: $(cat "$run/err")"
 }
@@ -145,7 +145,7 @@ streams:
     synthetic: {scene: moving-box, size: 64x48}
 YAML
 start_dexeld -c "$run/live.yaml"
-timeout 60 "$python" client/python/dexel.py --socket "$run/mesh.sock" --pull --frames 3 >"$run/lines" 2>/dev/null
+timeout 300 "$python" client/python/dexel.py --socket "$run/mesh.sock" --pull --frames 3 >"$run/lines" 2>/dev/null
 [ "$(grep -c 'triangles$' "$run/lines")" = 3 ] || wrong "pull: $(cat "$run/lines")"
 mkfifo "$run/events"
 testing restart "$run/mesh.sock" >"$run/events" &

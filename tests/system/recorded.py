@@ -64,7 +64,7 @@ def follow(out, said, heard):
                 with dexel.subscribe(path, name, encoding=dexel.ENCODINGS[encoding], mode=dexel.MODES[mode],
                                      attributes=bool(want & 1), normals=bool(want & 2), stride=stride,
                                      bound=bound / 16, region=tuple(region) if any(region) else None,
-                                     reconnect=False, timeout=30) as meshes:
+                                     reconnect=False, timeout=300) as meshes:
                     for mesh in meshes:
                         tell(out, mesh)
                 print("ended", file=out)

@@ -36,7 +36,7 @@ streams:
 YAML
 start_dexeld -c "$run/c.yaml"
 await '"dropped":[1-9].*"error_text":"No space left on device"'
-"$dexel" cat --socket "$sock" --frames 20 --timeout 10 --quiet || wrong "the mesh has stopped"
+"$dexel" cat --socket "$sock" --frames 20 --timeout 300 --quiet || wrong "the mesh has stopped"
 "$B/tests/record_check" "$disk/scan.mcap" | grep -q '^blocks [1-9]' || wrong "while it waits"
 rm "$disk/ballast"
 tries=0

@@ -20,11 +20,11 @@ box2='scene: moving-box, size: 260x180, noise: 0.002, fps: 8'
 # says STATUS TEXT: what `dexel reload` does
 says() {
   code=0
-  timeout 200 "$dexel" reload --socket "$sock" >"$run/said" 2>&1 || code=$?
+  timeout 300 "$dexel" reload --socket "$sock" >"$run/said" 2>&1 || code=$?
   [ $code = "$1" ] || wrong "reload: status $code, expected $1: $(cat "$run/said")"
   grep -qF -- "$2" "$run/said" || wrong "reload said '$(cat "$run/said")', expected '$2'"
 }
-frames() { timeout 100 "$dexel" cat --socket "$sock" --stream "$1" --frames 2 --quiet || wrong "no mesh of $1"; }
+frames() { timeout 300 "$dexel" cat --socket "$sock" --stream "$1" --frames 2 --quiet || wrong "no mesh of $1"; }
 
 # ---- what subscribers see, and what the service manager is told
 "$dexel" sim sphere -o "$run/scan.pcd" --size 240x160 || exit 1
@@ -140,6 +140,6 @@ has "      loop: yes  # the command line"
 has "      path: \"$run/scan.pcd\"  # the command line"
 has "      exact: no  # default"
 kill -HUP "$dexeld_pid"
-timeout 100 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "a replay did not survive SIGHUP"
+timeout 300 "$dexel" cat --socket "$sock" --frames 2 --quiet || wrong "a replay did not survive SIGHUP"
 stop_dexeld || wrong "status $dexeld_status of a replay"
 exit $bad

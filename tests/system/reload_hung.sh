@@ -15,12 +15,12 @@ config() {
   for name; do printf '  - {name: %s, synthetic: {scene: moving-box, size: 64x48, fps: 20}}\n' "$name"; done
 }
 reload() {
-  timeout 100 "$dexel" reload --socket "$sock" >"$run/said" 2>&1 || wrong "reload: status $?: $(cat "$run/said")"
+  timeout 300 "$dexel" reload --socket "$sock" >"$run/said" 2>&1 || wrong "reload: status $?: $(cat "$run/said")"
   grep -qF -- "$1" "$run/said" || wrong "reload said '$(cat "$run/said")', expected '$1'"
 }
-frames() { timeout 100 "$dexel" cat --socket "$sock" --stream "$1" --frames 2 --quiet || wrong "no mesh of $1"; }
+frames() { timeout 300 "$dexel" cat --socket "$sock" --stream "$1" --frames 2 --quiet || wrong "no mesh of $1"; }
 # logged TEXT: it comes, if it is not there yet
-logged() { timeout 100 tail -n +1 -f "$run/dexeld.log" | grep -qF -m 1 -- "$1" || wrong "the log does not tell: $1"; }
+logged() { timeout 300 tail -n +1 -f "$run/dexeld.log" | grep -qF -m 1 -- "$1" || wrong "the log does not tell: $1"; }
 
 mkdir "$run/bin"
 ln -s "$(realpath "$B/tests/dexeld_faults")" "$run/bin/dexeld" # where start_dexeld looks for it

@@ -23,7 +23,7 @@ until "$dexel" status --socket "$run/mesh.sock" | grep -q " $cat_pid .* box "; d
   [ $tries -lt 3000 ] || wrong 'no client'
 done
 
-timeout 120 python3 tests/system/status_watch.py "$run/mesh.sock" "$dexel" || wrong 'on a terminal'
+timeout 300 python3 tests/system/status_watch.py "$run/mesh.sock" "$dexel" || wrong 'on a terminal'
 
 # two blocks, by way of a pipe that is closed then
 "$dexel" status --watch --socket "$run/mesh.sock" 2>/dev/null | sed '/^memory /{x;s/^/x/;/xx/{x;q;};x;}' >"$run/blocks"

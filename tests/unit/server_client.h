@@ -35,7 +35,7 @@ struct client {
 static inline int client_socket(const char *path, int rcvbuf)
 {
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
-    struct timeval t = {.tv_sec = 20};
+    struct timeval t = {.tv_sec = 300};
     int fd = socket(AF_UNIX, SOCK_STREAM, 0);
 
     snprintf(addr.sun_path, sizeof(addr.sun_path), "%s", path);

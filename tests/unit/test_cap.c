@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "rounds.h"
 #include "terrain_rig.h"
 
 /* The distance of two neighbours whose ranges are r, metres. */
@@ -56,7 +57,7 @@ static void edges_as_long_as_the_cap_are_told_by_integers(void **state)
     size_t n_triangles = 0;
 
     (void)state;
-    for (int k = 0; k < 300; k++) {
+    for (int k = 0; k < ROUNDS(300); k++) {
         struct dx_geometry *g = any_geometry(&rng, 2 + dx_rng_below(&rng, 20),
                                              2 + dx_rng_below(&rng, 90), k & 1 ? 2 : 4);
         const uint32_t range = 100 + dx_rng_below(&rng, k & 1 ? 65000 : 20000000);
@@ -69,7 +70,7 @@ static void edges_as_long_as_the_cap_are_told_by_integers(void **state)
         dx_plane_fini(&p);
         dx_geometry_unref(g);
     }
-    assert_true(n_triangles > 10000);
+    assert_true(n_triangles > ROUNDS(5000));
 }
 
 /* Directions of lengths whose squares f32 holds, and not. */
@@ -80,7 +81,7 @@ static void beams_of_any_length_are_measured(void **state)
     size_t n_triangles = 0;
 
     (void)state;
-    for (int k = 0; k < 40; k++) {
+    for (int k = 0; k < ROUNDS(40); k++) {
         struct dx_geometry *g;
         struct dx_plane p;
 
@@ -94,7 +95,7 @@ static void beams_of_any_length_are_measured(void **state)
         dx_plane_fini(&p);
         dx_geometry_unref(g);
     }
-    assert_true(n_triangles > 3000);
+    assert_true(n_triangles > ROUNDS(3000));
 }
 
 /* Below what the fixed point holds it is still a cap. */

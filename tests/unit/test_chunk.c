@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <cmocka.h>
 
+#include "tests/unit/rounds.h"
 #include "tests/unit/tile_fixture.h"
 
 static struct dx_tile tile;
@@ -231,7 +232,7 @@ static void test_mutations(void **state)
 
     (void)state;
     dx_tiling_init(&t, 70, 90, true);
-    for (uint32_t i = 0; i < 20000; i++) {
+    for (uint32_t i = 0; i < ROUNDS(20000); i++) {
         const enum dx_encoding e = i % DX_N_ENCODINGS;
         size_t len;
 
@@ -257,7 +258,7 @@ static void test_mutations(void **state)
             fail();
         }
     }
-    assert_true(refused > 1000 && taken > 1000);
+    assert_true(refused > ROUNDS(1000) && taken > ROUNDS(1000));
     dx_geometry_unref(g);
 }
 

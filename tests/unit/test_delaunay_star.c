@@ -93,7 +93,7 @@ static bool has_wedge(const struct dx_star *s, uint32_t a, uint32_t b)
 static void scan(struct dx_star *s, const struct dx_flat *at, uint32_t n)
 {
     struct dx_flat sorted[MAX];
-    uint32_t rank[MAX];
+    uint32_t rank[MAX] = {0};
     uint8_t order[MAX];
 
     for (uint32_t k = 0; k < n; k++)

@@ -16,6 +16,7 @@
 #include "core/base/rng.h"
 #include "daemon/view.h"
 #include "tests/unit/feed_body.h"
+#include "tests/unit/rounds.h"
 
 #define MAX_TILES   10
 #define MAX_CLIENTS 9
@@ -445,7 +446,7 @@ static void run(uint64_t seed, uint32_t n_steps)
 static void test_model(void **state)
 {
     const char *seeds = getenv("FEED_SEEDS");
-    uint64_t n_seeds = seeds ? strtoull(seeds, NULL, 10) : 2000;
+    uint64_t n_seeds = seeds ? strtoull(seeds, NULL, 10) : ROUNDS(2000);
 
     (void)state;
     for (uint64_t seed = 0; seed < n_seeds; seed++)

@@ -92,7 +92,7 @@ static void service_init(struct service *s, const char *yaml)
 static void service_fini(struct service *s)
 {
     dx_stream_stop(s->stream);
-    assert_true(dx_stream_join(s->stream, dx_clock_ns() + 60000000000u));
+    assert_true(dx_stream_join(s->stream, dx_clock_ns() + 300000000000u));
     dx_server_stop(s->server);
     pthread_join(s->loop, NULL);
     dx_server_free(s->server);
@@ -123,7 +123,7 @@ static int subscribe(const char *path, enum dx_encoding encoding, struct dx_lod_
     struct dx_msg_hello hello = {DX_WIRE_MAJOR, DX_WIRE_MINOR, 0, 1u << encoding};
     struct dx_msg_subscribe ask = {.encoding = (uint8_t)encoding, .want = DX_WANT_ATTR, .lod = lod};
     struct sockaddr_un addr = {.sun_family = AF_UNIX};
-    struct timeval silence = {.tv_sec = 60};
+    struct timeval silence = {.tv_sec = 300};
     uint8_t body[512];
     struct dx_writer w = dx_writer_init(body, sizeof(body));
     int fd = socket(AF_UNIX, SOCK_STREAM, 0);
