@@ -341,9 +341,9 @@ install: all
 	$(INSTALL) -m 644 client/dexel.h $(DESTDIR)$(includedir)
 	$(INSTALL) -m 644 $(B)/libdexel.pc $(DESTDIR)$(libdir)/pkgconfig
 	$(INSTALL) -m 644 client/python/dexel.py $(DESTDIR)$(pythondir)
-	$(INSTALL) -m 644 $(MAN1) $(DESTDIR)$(mandir)/man1
-	$(INSTALL) -m 644 docs/dexeld.yaml.5 $(DESTDIR)$(mandir)/man5
-	sed 's|/usr/local/etc|$(sysconfdir)|' docs/dexeld.8 >$(DESTDIR)$(mandir)/man8/dexeld.8
+	for page in $(MAN1) docs/dexeld.yaml.5 docs/dexeld.8; do \
+	  sed 's|/usr/local/etc|$(sysconfdir)|' $$page >$(DESTDIR)$(mandir)/man$${page##*.}/$${page##*/}; \
+	done
 	$(INSTALL) -m 644 README.md CHANGELOG.md docs/*.md docs/*.png docs/examples/follow.c \
 	  $(DESTDIR)$(docdir)
 	$(INSTALL) -m 644 docs/gallery/*.png $(DESTDIR)$(docdir)/gallery

@@ -7,6 +7,7 @@
 #include "daemon/server_priv.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define MAX_STEPS   1000000000
@@ -16,6 +17,18 @@
 static json_t *wrong(json_t *text)
 {
     return json_pack("{s:o}", "error", text);
+}
+
+/* Which streams there are. */
+static json_t *name_streams(const struct dx_server *server)
+{
+    char text[400] = "expected \"stream\", one of";
+    size_t n = strlen(text);
+
+    for (const struct dx_server_stream *st = server->streams; st && n < sizeof(text); st = st->next)
+        n += (size_t)snprintf(text + n, sizeof(text) - n, "%s %s", st == server->streams ? "" : ",",
+                              st->options.name);
+    return json_string(text);
 }
 
 /* The stream that is meant: the named one, or the only one. NULL: *error says why. */
@@ -31,7 +44,7 @@ static struct dx_server_stream *find(struct dx_server *server, const json_t *req
         return NULL;
     }
     if (!name && server->n_streams != 1) {
-        *error = wrong(json_sprintf("expected \"stream\", for there are %u", server->n_streams));
+        *error = wrong(name_streams(server));
         return NULL;
     }
     while (st && name && strcmp(st->options.name, name))

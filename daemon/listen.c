@@ -98,7 +98,7 @@ static int lock(struct dx_listener *l, struct dx_err *err)
         int fd = open(l->lock_name, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
 
         if (fd < 0)
-            return dx_err_set(err, -errno, "%s: %s", l->lock_name, strerror(errno));
+            return dx_err_set(err, -errno, "%s, of a socket: %s", l->lock_name, strerror(errno));
         if (flock(fd, LOCK_EX | LOCK_NB) < 0) {
             int error = errno;
 

@@ -194,7 +194,6 @@ static json_t *stream_status(const struct dx_server_stream *st, bool histograms)
 
 json_t *dx_status_client(const struct dx_subscriber *s)
 {
-    static const char *const modes[] = {"live", "pull", "lossless"};
     json_t *o = json_object();
 
     set_count(o, "number", s->number);
@@ -203,7 +202,7 @@ json_t *dx_status_client(const struct dx_subscriber *s)
     if (s->stream) {
         set_text(o, "stream", s->stream->options.name);
         set_text(o, "encoding", dx_encoding_name(s->asked.encoding));
-        set_text(o, "mode", modes[s->asked.mode]);
+        set_text(o, "mode", dx_mode_name(s->asked.mode));
         set_number(o, "lod", (double)s->asked.lod.bound / DX_LOD_PER_SIGMA);
         set_count(o, "stride", s->asked.lod.stride);
     }

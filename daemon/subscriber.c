@@ -369,8 +369,8 @@ static void subscribe(struct dx_subscriber *s, struct dx_server_stream *st)
     if (st->loop->has_epoch)
         dx_subscriber_is_behind(s);
     dx_server_count_subscriber(st, 1);
-    dx_log_client(LOG_INFO, s, "subscribed to %s, %s, mode %u", st->options.name,
-                  dx_encoding_name(s->asked.encoding), s->asked.mode);
+    dx_log_client(LOG_INFO, s, "subscribed to %s, %s, %s", st->options.name,
+                  dx_encoding_name(s->asked.encoding), dx_mode_name(s->asked.mode));
 }
 
 static void on_subscribe(struct dx_subscriber *s, const uint8_t *body, size_t len)

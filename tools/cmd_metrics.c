@@ -14,7 +14,8 @@ static const char help[] =
     "Prints what a running dexeld counts, as OpenMetrics text.\n\n"
     "  --socket PATH  control socket, or a mesh socket with one beside it (PATH.control);\n"
     "                 default $DEXELD_CONTROL, else /run/dexeld/control.sock\n"
-    "  --format NAME  openmetrics (1.0), or prometheus: the text format 0.0.4 before it, which\n"
+    "  --format openmetrics|prometheus\n"
+    "                 openmetrics (1.0), or prometheus: the text format 0.0.4 before it, which\n"
     "                 the textfile collector of node_exporter reads\n";
 
 struct args {

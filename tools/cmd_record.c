@@ -17,6 +17,8 @@ static int take(json_t *request, int n, char **words)
 {
     static const char *const verbs[] = {"start", "stop", "status"};
 
+    if (n > 1)
+        return dx_stream_request_bad(command, words[1], "one word: start, stop or status");
     for (size_t k = 0; n == 1 && k < sizeof(verbs) / sizeof(verbs[0]); k++)
         if (!strcmp(words[0], verbs[k]))
             return json_object_set_new(request, "do", json_string(verbs[k]));

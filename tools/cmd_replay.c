@@ -64,8 +64,10 @@ static int take(json_t *request, int n, char **words)
     for (size_t k = 0; n > 0 && k < sizeof(verbs) / sizeof(verbs[0]); k++) {
         if (strcmp(words[0], verbs[k].name))
             continue;
-        if (n - 1 < verbs[k].min || n - 1 > verbs[k].max)
-            return dx_stream_request_bad(command, words[n - 1], all);
+        if (n - 1 < verbs[k].min)
+            return dx_stream_request_bad(command, NULL, all);
+        if (n - 1 > verbs[k].max)
+            return dx_stream_request_bad(command, words[verbs[k].max + 1], all);
         if (json_object_set_new(request, "do", json_string(words[0])) != 0)
             return -1;
         return n == 2 ? verbs[k].take(request, words[1]) : 0;

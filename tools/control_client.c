@@ -140,7 +140,8 @@ static int tell(struct dx_err *err, const char *path, int rc)
             "socket, but this needs the control socket (control_socket in the "
             "configuration)",
             path);
-    return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
+    return dx_err_set(err, rc, "%s: %s%s", path, strerror(-rc),
+                      rc == -EACCES ? " (dexel doctor tells of groups)" : "");
 }
 
 int dx_control_ask_within(char **reply, const char *path, const char *request, int timeout_ms,

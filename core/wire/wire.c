@@ -347,6 +347,13 @@ const char *dx_encoding_name(unsigned encoding)
     return encoding < DX_N_ENCODINGS ? names[encoding] : "unknown";
 }
 
+const char *dx_mode_name(unsigned mode)
+{
+    static const char *const names[] = {"live", "pull", "lossless"};
+
+    return mode <= DX_MODE_LOSSLESS ? names[mode] : "unknown";
+}
+
 int dx_encoding_from_name(const char *name)
 {
     for (int e = 0; e < DX_N_ENCODINGS; e++)

@@ -204,6 +204,7 @@ void dx_msg_stream_state_put(struct dx_writer *w, const struct dx_msg_stream_sta
 int dx_msg_stream_state_get(struct dx_msg_stream_state *m, const uint8_t *body, size_t len);
 
 const char *dx_encoding_name(unsigned encoding); /* "f32", "q16", "delta" */
+const char *dx_mode_name(unsigned mode);         /* "live", "pull", "lossless" */
 int dx_encoding_from_name(const char *name);     /* or -1 */
 const char *dx_stream_state_name(unsigned state);
 

@@ -18,6 +18,7 @@ for f in bin/dexel sbin/dexeld include/dexel.h lib/libdexel.a lib/pkgconfig/libd
   share/bash-completion/completions/dexel share/bash-completion/completions/dexeld; do
   [ -f "$root/usr/$f" ] || wrong "no /usr/$f"
 done
+! grep -rn /usr/local "$root/usr/share/man" || wrong "a manual page names another prefix"
 export PKG_CONFIG_PATH="$root/usr/lib/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$root"
 grep -qx 'prefix=/usr' "$root/usr/lib/pkgconfig/libdexel.pc" || wrong "libdexel.pc: $(cat "$root/usr/lib/pkgconfig/libdexel.pc")"
 [ "$(pkg-config --modversion libdexel)" = "$("$root/usr/bin/dexel" --version | cut -d' ' -f2)" ] || wrong "libdexel.pc: another version"

@@ -70,14 +70,14 @@ static void refusals_say_what_was_expected(void **state)
     static const struct {
         const char *members, *text;
     } refused[] = {
-        {"\"record\"", "expected \\\"stream\\\", for there are 4"},
+        {"\"record\"", "expected \\\"stream\\\", one of hall, bare, tape, over"},
         {"\"record\",\"stream\":7", "\\\"stream\\\": expected a text"},
         {"\"record\",\"stream\":\"none\"", "no stream 'none'"},
         {"\"record\",\"stream\":\"bare\",\"do\":\"start\"",
          "stream 'bare' has no record.path in the configuration"},
         {"\"record\",\"stream\":\"hall\",\"do\":\"begin\"",
          "\\\"do\\\": expected start, stop or status"},
-        {"\"replay\"", "expected \\\"stream\\\", for there are 4"},
+        {"\"replay\"", "expected \\\"stream\\\", one of hall, bare, tape, over"},
         {"\"replay\",\"stream\":\"hall\",\"do\":\"pause\"", "stream 'hall' replays no recording"},
         {"\"replay\",\"stream\":\"tape\",\"do\":\"rewind\"",
          "\\\"do\\\": expected pause, resume, seek, rate, step or status"},
