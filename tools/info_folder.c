@@ -4,11 +4,13 @@
 #include "drivers/file/file_list.h"
 #include "drivers/file/format.h"
 #include "drivers/file/mcap_read.h"
+#include "drivers/file/open_regular.h"
 #include "tools/source.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 struct sum {
     const struct dx_info_options *o;
@@ -26,20 +28,20 @@ static bool folder_probe(const char *path, const uint8_t *bytes, size_t len)
     uint8_t magic[DX_MCAP_MAGIC_LEN];
     struct dx_file_list list;
     struct stat st;
-    size_t n = 0;
+    ssize_t n = 0;
     bool is = false;
-    FILE *f;
+    int fd;
 
     (void)bytes;
     if (len > 0 || (stat(path, &st) == 0 && !S_ISDIR(st.st_mode)) ||
         dx_file_list_init(&list, path, NULL) != 0)
         return false;
-    f = fopen(list.paths[0], "rb");
-    if (f) {
-        n = fread(magic, 1, sizeof(magic), f);
-        fclose(f);
+    fd = dx_open_regular(list.paths[0], NULL);
+    if (fd >= 0) {
+        n = read(fd, magic, sizeof(magic));
+        close(fd);
     }
-    is = dx_format_has_ext(list.paths[0], ".mcap") || dx_mcap_probe(magic, n);
+    is = dx_format_has_ext(list.paths[0], ".mcap") || (n > 0 && dx_mcap_probe(magic, (size_t)n));
     dx_file_list_fini(&list);
     return is;
 }

@@ -1,8 +1,8 @@
 /* An MCAP file by its name. */
 #include "tools/mcap_open.h"
 
-#include <errno.h>
-#include <fcntl.h>
+#include "drivers/file/open_regular.h"
+
 #include <string.h>
 #include <unistd.h>
 
@@ -12,13 +12,12 @@ int dx_mcap_file_open(struct dx_mcap_file *f, const char *path,
     struct dx_mcap_source source;
     int rc;
 
-    /* O_NONBLOCK: a FIFO is refused, not waited for */
-    f->fd = open(path, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
+    f->fd = dx_open_regular(path, err);
     if (f->fd < 0)
-        return dx_err_set(err, -errno, "%s: %s", path, strerror(errno));
+        return f->fd;
     rc = dx_mcap_source_fd(&source, f->fd);
     if (rc) {
-        dx_err_set(err, rc, "%s: %s", path, rc == -EINVAL ? "not a regular file" : strerror(-rc));
+        dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
     } else {
         rc = dx_mcap_reader_open(&f->reader, &source, options, err);
         if (rc)

@@ -1,11 +1,11 @@
 /* Clouds out of MCAP. */
 #include "drivers/file/cloud_bag.h"
 
+#include "drivers/file/open_regular.h"
 #include "drivers/file/recording.h"
 #include "drivers/file/ros_cloud.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,15 +18,10 @@ struct dx_cloud_bag {
     struct dx_mcap_iter *iter;
 };
 
-static int open_mcap(const char *path)
-{
-    return open(path, O_RDONLY | O_CLOEXEC);
-}
-
 bool dx_cloud_bag_probe(const char *path)
 {
     uint8_t magic[DX_MCAP_MAGIC_LEN];
-    int fd = open_mcap(path);
+    int fd = dx_open_regular(path, NULL);
     ssize_t n = fd >= 0 ? read(fd, magic, sizeof(magic)) : -1;
 
     if (fd >= 0)
@@ -109,8 +104,11 @@ static int open_bag(struct dx_cloud_bag *bag, const char *topic, enum dx_mcap_or
                     struct dx_err *err)
 {
     struct dx_mcap_source source;
-    int rc = bag->fd < 0 ? -errno : dx_mcap_source_fd(&source, bag->fd);
+    int rc;
 
+    if (bag->fd < 0)
+        return bag->fd;
+    rc = dx_mcap_source_fd(&source, bag->fd);
     if (rc)
         return dx_err_set(err, rc, "%s: %s", bag->path, strerror(-rc));
     rc = dx_mcap_reader_open(&bag->reader, &source, NULL, err);
@@ -130,7 +128,7 @@ int dx_cloud_bag_open(struct dx_cloud_bag **out, const char *path, const char *t
     if (!bag)
         return dx_err_set(err, -ENOMEM, "%s: no memory", path);
     bag->path = strdup(path);
-    bag->fd = open_mcap(path);
+    bag->fd = dx_open_regular(path, err);
     rc = bag->path ? open_bag(bag, topic, order, err)
                    : dx_err_set(err, -ENOMEM, "%s: no memory", path);
     if (rc) {

@@ -3,10 +3,10 @@
 
 #include "drivers/file/cloud_bag.h"
 #include "drivers/file/file_list.h"
+#include "drivers/file/open_regular.h"
 #include "drivers/file/recording_join.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,7 +39,7 @@ struct dx_playlist {
 /* The first bytes of a file, as many as there are; negative: it cannot be read. */
 static ssize_t read_magic(uint8_t magic[DX_MCAP_MAGIC_LEN], const char *path)
 {
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = dx_open_regular(path, NULL);
     ssize_t n;
 
     if (fd < 0)
@@ -54,7 +54,7 @@ static bool is_recording(const char *path)
 {
     struct dx_mcap_reader *reader;
     struct dx_mcap_source source;
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = dx_open_regular(path, NULL);
     bool is_ours = true;
 
     if (fd < 0)
@@ -78,8 +78,8 @@ bool dx_playlist_wants(const char *path)
 
     if (dx_file_list_init(&list, path, NULL) != 0)
         return false;
-    /* what a kill has left of a file's first bytes tells nothing */
-    for (size_t k = 0; k < list.n && n >= 0 && n < DX_MCAP_MAGIC_LEN; k++) {
+    /* what a kill has left of a file's first bytes tells nothing, nor what cannot be read */
+    for (size_t k = 0; k < list.n && n < DX_MCAP_MAGIC_LEN; k++) {
         n = read_magic(magic, list.paths[k]);
         wants = n == DX_MCAP_MAGIC_LEN && dx_mcap_probe(magic, DX_MCAP_MAGIC_LEN) &&
                 is_recording(list.paths[k]);
@@ -134,8 +134,10 @@ static int open_file(struct dx_playlist *p, size_t k, struct dx_err *err)
 
     close_file(p);
     p->file = k;
-    p->fd = open(path, O_RDONLY | O_CLOEXEC);
-    rc = p->fd < 0 ? -errno : dx_mcap_source_fd(&source, p->fd);
+    p->fd = dx_open_regular(path, err);
+    if (p->fd < 0)
+        return p->fd;
+    rc = dx_mcap_source_fd(&source, p->fd);
     if (rc)
         return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
     rc = dx_mcap_reader_open(&p->reader, &source, NULL, err);

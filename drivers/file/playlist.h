@@ -12,7 +12,7 @@
 struct dx_playlist;
 
 /* Does the path (file, directory or pattern) name recordings of dexeld, and not clouds of another
- * program? Its first file decides. */
+ * program? Its first file that can be read decides. */
 bool dx_playlist_wants(const char *path);
 
 /* Looks at every file. `tell` may be NULL. Errors: -EBADMSG (no recording, or not all of one

@@ -1,8 +1,9 @@
 /* Reading whole files. The one file that includes zlib. */
 #include "drivers/file/slurp.h"
 
+#include "drivers/file/open_regular.h"
+
 #include <errno.h>
-#include <fcntl.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -158,8 +159,6 @@ static int read_open(struct dx_slurp *s, const struct source *f)
 
     if (fstat(f->fd, &st) != 0)
         return dx_err_set(f->err, -errno, "%s: %s", f->path, strerror(errno));
-    if (!S_ISREG(st.st_mode))
-        return dx_err_set(f->err, -EINVAL, "%s: not a regular file", f->path);
     if (pread(f->fd, magic, 2, 0) == 2 && magic[0] == 0x1f && magic[1] == 0x8b)
         rc = read_gzip(s, f);
     else if ((uintmax_t)st.st_size > f->max)
@@ -175,10 +174,9 @@ int dx_slurp_file(struct dx_slurp *s, const char *path, size_t max, struct dx_er
     int rc;
 
     s->len = 0;
-    /* O_NONBLOCK: do not hang on a FIFO before fstat can refuse it */
-    f.fd = open(path, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
+    f.fd = dx_open_regular(path, err);
     if (f.fd < 0)
-        return dx_err_set(err, -errno, "%s: %s", path, strerror(errno));
+        return f.fd;
     rc = read_open(s, &f);
     close(f.fd);
     if (rc)

@@ -20,6 +20,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- bytes being built ------------------------------------------------------------------------
@@ -98,6 +99,15 @@ static inline void write_file(const char *folder, const char *name, const void *
     assert_non_null(f);
     assert_int_equal(fwrite(bytes, 1, len, f), len);
     assert_int_equal(fclose(f), 0);
+    free(path);
+}
+
+/* To be opened by a careless reader, and never to be read. */
+static inline void make_fifo(const char *folder, const char *name)
+{
+    char *path = path_in(folder, name);
+
+    assert_int_equal(mkfifo(path, 0600), 0);
     free(path);
 }
 

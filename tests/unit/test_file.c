@@ -11,6 +11,26 @@
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+static void make_subfolder(const char *folder, const char *name)
+{
+    char *path = path_in(folder, name);
+
+    assert_int_equal(mkdir(path, 0700), 0);
+    free(path);
+}
+
+static void make_socket(const char *folder, const char *name)
+{
+    struct sockaddr_un addr = {.sun_family = AF_UNIX};
+    int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+
+    snprintf(addr.sun_path, sizeof(addr.sun_path), "%s/%s", folder, name);
+    assert_int_equal(bind(fd, (struct sockaddr *)&addr, sizeof(addr)), 0);
+    close(fd);
+}
 
 static void replays_a_file(void **state)
 {
@@ -232,6 +252,33 @@ static void passes_over_damaged_files(void **state)
     remove_folder(folder);
 }
 
+/* Pipes that nobody writes to, a socket, a folder. */
+static void passes_over_what_is_no_file(void **state)
+{
+    char *folder = make_folder();
+    struct dx_device *dev;
+    struct kept k = {0};
+
+    (void)state;
+    make_fifo(folder, "0.ptx");
+    write_scan(folder, "1.ptx", 0, 5, 0);
+    make_fifo(folder, "2.mcap");
+    make_subfolder(folder, "3.ptx");
+    make_socket(folder, "4.ptx");
+    write_scan(folder, "5.ptx", 0, 5, 0);
+    dev = open_path(folder, "");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "0.ptx: not a regular file");
+    expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "2.mcap: not a regular file");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "3.ptx: not a regular file");
+    expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "4.ptx: not a regular file");
+    expect_step(dev, &k, 0, "");
+    expect_step(dev, &k, DX_DRIVER_E_EOF, "");
+    close_device(dev);
+    kept_fini(&k);
+    remove_folder(folder);
+}
+
 /* Looping over nothing but damage ends; over frames it goes on, with growing numbers and stamps. */
 static void loops(void **state)
 {
@@ -385,6 +432,7 @@ int main(void)
         cmocka_unit_test(tells_a_geometry_that_changed),
         cmocka_unit_test(makes_the_attribute_asked_for),
         cmocka_unit_test(passes_over_damaged_files),
+        cmocka_unit_test(passes_over_what_is_no_file),
         cmocka_unit_test(loops),
         cmocka_unit_test(passes_up_what_the_sink_says),
         cmocka_unit_test(refuses_what_is_not_there),
