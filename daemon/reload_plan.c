@@ -27,7 +27,6 @@ static int open_fresh(struct dx_reload_change *c, const struct dx_stream_config 
                       const struct dx_reload_options *o, struct dx_err *err)
 {
     struct dx_server_stream_options shows;
-    char where[256];
     int r = dx_stream_new(&c->fresh, config, o->pool, err);
 
     if (r == 0) {
@@ -38,8 +37,7 @@ static int open_fresh(struct dx_reload_change *c, const struct dx_stream_config 
     }
     if (r == 0)
         return 0;
-    snprintf(where, sizeof(where), "%.150s:%u: stream %s", o->file, config->line, config->name);
-    dx_err_prefix(err, where);
+    dx_service_blame(err, o->file, config);
     return r < 0 ? r : -EIO;
 }
 

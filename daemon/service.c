@@ -51,14 +51,17 @@ static void hold_standard_descriptors(void)
             return;
 }
 
-static int open_streams(struct service *s, const struct dx_config *config, struct dx_err *err)
+static int open_streams(struct service *s, const struct dx_config *config, const char *file,
+                        struct dx_err *err)
 {
     for (uint32_t k = 0; k < config->n_streams; k++) {
         struct dx_stream *stream;
         int r = dx_stream_new(&stream, &config->streams[k], s->pool, err);
 
-        if (r < 0)
+        if (r < 0) {
+            dx_service_blame(err, file, &config->streams[k]);
             return r;
+        }
         dx_stream_list_add(&s->streams, stream);
     }
     return 0;
@@ -198,7 +201,7 @@ int dx_service_run(struct dx_config *config, const char *file, int ready_fd, str
     if (r < 0) {
         dx_err_set(err, r, "the pool of threads: %s", strerror(-r));
     } else {
-        r = open_streams(&s, config, err);
+        r = open_streams(&s, config, file, err);
         if (r == 0)
             r = open_server(&s, config, err);
         if (r == 0)

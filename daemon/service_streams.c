@@ -2,6 +2,7 @@
 #include "daemon/service_streams.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <string.h>
 
 struct dx_stream *dx_stream_list_find(const struct dx_stream_list *list, const char *name)
@@ -56,6 +57,16 @@ struct dx_server_stream_options dx_service_shows(struct dx_stream *s)
                                              .beats = dx_stream_beats(s),
                                              .subscribers = dx_stream_subscribers,
                                              .ctx = s};
+}
+
+void dx_service_blame(struct dx_err *err, const char *file, const struct dx_stream_config *c)
+{
+    char where[256];
+
+    if (!file)
+        return;
+    snprintf(where, sizeof(where), "%.150s:%u: stream %s", file, c->line, c->name);
+    dx_err_prefix(err, where);
 }
 
 struct dx_server_limits dx_service_limits(const struct dx_config *c)

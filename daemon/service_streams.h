@@ -20,6 +20,10 @@ bool dx_stream_list_end(struct dx_stream_list *list, uint64_t due_ns);
 /* What the server must know of it; all of it lives as long as the stream. */
 struct dx_server_stream_options dx_service_shows(struct dx_stream *s);
 
+/* Puts before the text which stream of `file` it is about; without a file (NULL) there is one, and
+ * it has no name that anybody gave. */
+void dx_service_blame(struct dx_err *err, const char *file, const struct dx_stream_config *c);
+
 /* The bounds of a configuration. */
 struct dx_server_limits dx_service_limits(const struct dx_config *c);
 

@@ -114,10 +114,8 @@ static int open_recorder(struct dx_stream *s, struct dx_err *err)
         return 0;
     dx_record_files_init(&s->files, record->path, (uint64_t)record->keep_mib << 20);
     r = make_recorder(s, &c, err);
-    if (r) {
-        dx_err_prefix(err, s->config->name);
+    if (r)
         return r;
-    }
     dx_stream_reader_record(s->reader, s->recorder);
     return 0;
 }
@@ -156,9 +154,7 @@ static int open_rig(struct dx_stream *s, struct dx_err *err)
     if (!device || !dx_rig_is_wanted(&s->config->gpio))
         return 0;
     r = dx_rig_open(&s->rig, &s->config->gpio, err);
-    if (r)
-        dx_err_prefix(err, s->config->name);
-    else
+    if (r == 0)
         dx_reader_device_rig(device, s->rig);
     return r;
 }
@@ -176,7 +172,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
 
     if (!s || dx_config_stream_copy(&s->config, config) < 0) {
         free(s);
-        return dx_err_set(err, -ENOMEM, "stream %s: no memory", config->name);
+        return dx_err_set(err, -ENOMEM, "%s", strerror(ENOMEM));
     }
     mesher.name = s->config->name;
     sem_init(&s->start, 0, 0);
@@ -189,7 +185,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
     if (r == 0)
         r = dx_mesher_new(&s->mesher, &mesher, s->mailbox, s->feed, &s->counters, pool);
     if (r < 0) {
-        dx_err_set(err, r, "stream %s: %s", config->name, strerror(-r));
+        dx_err_set(err, r, "%s", strerror(-r));
         goto err_stream;
     }
     was = dx_log_about((struct dx_log_about){.stream = config->name});

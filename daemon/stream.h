@@ -22,7 +22,7 @@ struct dx_stream_reader;
 extern const uint32_t dx_stream_max_tiles;
 
 /* Opens the source and allocates all that the frame path will use. `config` is copied, `pool`
- * borrowed. Errors name the stream. */
+ * borrowed. Errors name the source; dx_service_blame tells whose it is. */
 int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
                   struct dx_pool *pool, struct dx_err *err);
 

@@ -71,6 +71,15 @@ cp "$run/good.yaml" "$yaml"
 says 0 "0 added"
 grep -qF "2 unchanged: still, hup" "$run/said" || wrong "reload said '$(cat "$run/said")'"
 
+# ---- the same at a start ends it, with the same text
+printf 'socket: %s/none.sock\nstreams:\n  - name: scan\n    file: {path: %s/none.pcd}\n' "$run" "$run" >"$run/none.yaml"
+code=0
+timeout 300 "$B/bin/dexeld" -c "$run/none.yaml" 2>"$run/said" || code=$?
+[ $code = 1 ] || wrong "a start without its scan: status $code, expected 1"
+grep -qxF "dexeld: $run/none.yaml:3: stream scan: $run/none.pcd: No such file or directory" "$run/said" ||
+  wrong "a start without its scan said '$(cat "$run/said")'"
+"$B/bin/dexeld" -c "$run/none.yaml" --check >"$run/said" || wrong "--check looked for the scan"
+
 # ---- what counts from the next start on; the rest is applied
 sed -e "s|^socket: .*|socket: $run/other.sock|" -e '2a threads: 1\nlog_level: debug' -e 's/name: hup/name: hop/' "$run/good.yaml" >"$yaml"
 says 0 "from the next start on: socket, threads"
