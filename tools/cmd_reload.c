@@ -10,7 +10,9 @@ static const char help[] =
     "usage: dexel reload [--socket PATH] [--json]\n"
     "Has a running dexeld read its configuration file again. Streams that are the same there go "
     "on\n"
-    "undisturbed; a file that is not right changes nothing.\n\n" DX_SERVICE_REQUEST_HELP;
+    "undisturbed; a file that is not right changes nothing. Waits up to two minutes for sources "
+    "to\n"
+    "be opened; the service goes on by itself.\n\n" DX_SERVICE_REQUEST_HELP;
 
 /* Names, or nothing at all. */
 static bool has_names(const json_t *reply, const char *key)
@@ -60,6 +62,7 @@ int cmd_reload(int argc, char **argv)
         .request = "{\"request\":\"reload\"}",
         .help = help,
         .timeout_ms = 120000, /* sources are opened, threads waited for */
+        .late = "dexel reload: the service is still opening sources, and goes on by itself",
         .show = show,
     };
 

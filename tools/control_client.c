@@ -95,6 +95,15 @@ static ssize_t receive(int fd, char *to, size_t room, int timeout_ms)
     return n == 0 ? -ECONNRESET : n;
 }
 
+/* Waits for the first byte, and says so when it takes its time. */
+static void await_answer(int fd, const char *late)
+{
+    struct pollfd p = {.fd = fd, .events = POLLIN};
+
+    if (late && poll(&p, 1, TIMEOUT_MS) == 0)
+        fprintf(stderr, "%s\n", late);
+}
+
 static int read_line(char **reply, int fd, int timeout_ms)
 {
     size_t len = 0, cap = 16384;
@@ -145,14 +154,16 @@ static int tell(struct dx_err *err, const char *path, int rc)
 }
 
 int dx_control_ask_within(char **reply, const char *path, const char *request, int timeout_ms,
-                          struct dx_err *err)
+                          const char *late, struct dx_err *err)
 {
     int fd = connect_to(path), rc = fd;
 
     if (fd >= 0) {
         rc = send_line(fd, request);
-        if (rc == 0)
+        if (rc == 0) {
+            await_answer(fd, late);
             rc = read_line(reply, fd, timeout_ms);
+        }
         close(fd);
     }
     return rc < 0 ? tell(err, path, rc) : 0;
@@ -160,5 +171,5 @@ int dx_control_ask_within(char **reply, const char *path, const char *request, i
 
 int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err)
 {
-    return dx_control_ask_within(reply, path, request, TIMEOUT_MS, err);
+    return dx_control_ask_within(reply, path, request, TIMEOUT_MS, NULL, err);
 }

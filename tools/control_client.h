@@ -18,8 +18,9 @@ int dx_control_path(char out[108], const char *given, struct dx_err *err);
  * -EPROTO (no JSON object). */
 int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err);
 
-/* The same for what takes longer: waits so long for each part of the answer. */
+/* The same for what takes longer: waits so long for each part of the answer. `late` (NULL: nothing)
+ * is a line for standard error when there is none of it after five seconds. */
 int dx_control_ask_within(char **reply, const char *path, const char *request, int timeout_ms,
-                          struct dx_err *err);
+                          const char *late, struct dx_err *err);
 
 #endif

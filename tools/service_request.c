@@ -71,7 +71,7 @@ int dx_service_request_run(const struct dx_service_request *r, int argc, char **
         return rc == DX_ARG_E_HELP ? 0 : 2;
     rc = dx_control_path(path, a.socket, &err);
     if (rc == 0)
-        rc = dx_control_ask_within(&line, path, r->request, r->timeout_ms, &err);
+        rc = dx_control_ask_within(&line, path, r->request, r->timeout_ms, r->late, &err);
     if (rc == 0)
         rc = show(r, line, path, a.json, &err);
     free(line);

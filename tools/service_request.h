@@ -13,7 +13,8 @@ struct dx_service_request {
     const char *command; /* "dexel reload" */
     const char *request; /* "{\"request\":\"reload\"}" */
     const char *help;
-    int timeout_ms; /* how long the answer may take */
+    int timeout_ms;   /* how long the answer may take */
+    const char *late; /* told on standard error after five seconds without it; NULL: nothing */
     /* To standard output. -errno with a text: it cannot be shown. */
     int (*show)(const json_t *reply, struct dx_err *err);
 };

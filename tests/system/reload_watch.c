@@ -96,7 +96,8 @@ static int ask_beside(const char *control, pid_t *pid)
         close(ends[1]);
         return ends[0];
     }
-    if (dx_control_ask_within(&reply, control, "{\"request\":\"reload\"}", RELOAD_MS, &err) < 0)
+    if (dx_control_ask_within(&reply, control, "{\"request\":\"reload\"}", RELOAD_MS, NULL, &err) <
+        0)
         reply = err.text;
     _exit(write(ends[1], reply, strlen(reply)) < 0 ? 1 : 0);
 }

@@ -19,6 +19,7 @@
 
 static char dir[] = "/tmp/dexeld-reload-XXXXXX", path[64];
 static int listener;
+static char told[256];
 
 static int setup(void **state)
 {
@@ -44,13 +45,21 @@ static int teardown(void **state)
     return rmdir(dir);
 }
 
-static void *answer_once(void *line)
+/* A connection whose request has been read. */
+static int take_request(void)
 {
     int fd = accept(listener, NULL, NULL);
     char byte;
 
     while (recv(fd, &byte, 1, 0) == 1 && byte != '\n')
         ;
+    return fd;
+}
+
+static void *answer_once(void *line)
+{
+    int fd = take_request();
+
     send(fd, line, strlen(line), MSG_NOSIGNAL);
     close(fd);
     return NULL;
@@ -118,11 +127,54 @@ static void what_is_no_name_is_refused(void **state)
     assert_null(strstr(said, "added"));
 }
 
+/* Answers once a line has come to the other end of standard error. */
+static void *answer_late(void *said)
+{
+    int fd = take_request();
+    ssize_t n = read(*(int *)said, told, sizeof(told) - 1);
+    static const char answer[] = "{\"error\":\"a.yaml:3: no\"}\n";
+
+    told[n > 0 ? n : 0] = '\0';
+    send(fd, answer, strlen(answer), MSG_NOSIGNAL);
+    close(fd);
+    return NULL;
+}
+
+/* Nobody is left to wonder, and the answer is waited for all the same. */
+static void a_long_wait_is_told(void **state)
+{
+    char *argv[] = {"reload", "--socket", path, NULL};
+    char answer[256];
+    int err = dup(2), ends[2], status;
+    pthread_t thread;
+    ssize_t n;
+
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    assert_int_equal(pthread_create(&thread, NULL, answer_late, &ends[0]), 0);
+    assert_int_equal(dup2(ends[1], 2), 2);
+    optind = 0;
+    status = cmd_reload(3, argv);
+    assert_int_equal(dup2(err, 2), 2);
+    pthread_join(thread, NULL);
+    close(err);
+    close(ends[1]);
+    assert_int_equal(status, 1);
+    assert_string_equal(told, "dexel reload: the service is still opening sources, and goes "
+                              "on by itself\n");
+    n = read(ends[0], answer, sizeof(answer) - 1);
+    assert_true(n > 0);
+    answer[n] = '\0';
+    assert_string_equal(answer, "dexel reload: the service: a.yaml:3: no\n");
+    close(ends[0]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_are_shown),
         cmocka_unit_test(what_is_no_name_is_refused),
+        cmocka_unit_test(a_long_wait_is_told),
     };
 
     return cmocka_run_group_tests(tests, setup, teardown);
