@@ -1,15 +1,16 @@
 /*
- * Rounds of tests that take longest and start no thread: a tenth under ThreadSanitizer, which makes
- * each ten times as slow and looks for what these have not. Bounds on how often something was seen
- * are counted in rounds as well.
+ * Rounds of the tests that take longest: a tenth under ThreadSanitizer, which makes each ten times
+ * as slow, and looks for what one has as well as another. Bounds on how often something was seen
+ * are counted in rounds as well; of what is tried in turn, each tenth is.
  */
 #ifndef ROUNDS_H
 #define ROUNDS_H
 
 #ifdef __SANITIZE_THREAD__
-#define ROUNDS(n) ((n) / 10)
+#define EACH 10
 #else
-#define ROUNDS(n) (n)
+#define EACH 1
 #endif
+#define ROUNDS(n) ((n) / EACH)
 
 #endif

@@ -10,6 +10,7 @@
 
 #include "core/base/bytes.h"
 #include "core/grid/octahedral.h"
+#include "rounds.h"
 #include "terrain_rig.h"
 
 /* The sets beside the generic one that this machine has. */
@@ -87,7 +88,7 @@ static size_t compare_frame(struct dx_rng *rng, const struct variant *v)
 
 static void every_set_decides_alike(void **state)
 {
-    const size_t n_cells = long_run() ? 100000000 : 2000000;
+    const size_t n_cells = long_run() ? 100000000 : ROUNDS(2000000);
     const struct dx_rows *sets[DX_N_SIMD];
     struct dx_rng rng = dx_rng_init(6, 0);
     size_t n = 0;
@@ -246,7 +247,7 @@ static void every_set_builds_alike(void **state)
 
     (void)state;
     assert_true(want && got && tile);
-    for (int k = 0; k < 200; k++) {
+    for (int k = 0; k < ROUNDS(200); k++) {
         struct dx_row_spin spin = {.row = row, .unit_m = 0.001f};
         const bool flip = dx_rng_below(&rng, 2);
 
@@ -341,7 +342,7 @@ static void every_set_measures_alike(void **state)
     uint32_t n_within = 0, n_unsure = 0;
 
     (void)state;
-    for (int k = 0; k < 500; k++) {
+    for (int k = 0; k < ROUNDS(500); k++) {
         struct measured want, got;
         struct places x;
 
@@ -355,7 +356,7 @@ static void every_set_measures_alike(void **state)
             assert_memory_equal(&got, &want, sizeof(want));
         }
     }
-    assert_true(n_within > 1000 && n_unsure > 1000);
+    assert_true(n_within > ROUNDS(1000) && n_unsure > ROUNDS(1000));
 }
 
 static void lengths_that_f32_cannot_square_are_told(void **state)
@@ -440,7 +441,7 @@ static void every_set_finds_the_same_normals(void **state)
     const int n = find_sets(sets);
 
     (void)state;
-    for (int k = 0; k < 500; k++) {
+    for (int k = 0; k < ROUNDS(500); k++) {
         struct dx_row_points point[2], sums;
         struct normals want, got;
         uint8_t code[DX_ROWS_N];
