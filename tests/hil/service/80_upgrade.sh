@@ -1,5 +1,5 @@
-# A later version is installed over it: the configuration that was changed stays, the service is the new one's, and who subscribes
-# meanwhile gets a mesh.
+# A later version is installed over it: the configuration that was changed stays, the service is the new one's, its sockets are
+# those of before, and who subscribes meanwhile gets a mesh.
 # limit: 300
 set -eu
 . tests/hil/devices.sh
@@ -7,6 +7,8 @@ set -eu
 
 cp $config /run/hil/config
 pid=$(shown MainPID)
+sockets() { stat -c '%n %i' $run/mesh.sock $run/control.sock; }
+before=$(sockets)
 dpkg --force-confold -i debs/next/dexeld_*.deb &
 upgrade=$!
 gone() { [ ! -d "/proc/$pid" ]; }
@@ -14,6 +16,7 @@ await 60 gone
 meshed
 wait $upgrade
 case $(dpkg-query -W -f '${Status} ${Version}' dexeld) in 'install ok installed '*+later) ;; *) wrong 'the later version is not installed' ;; esac
+[ "$(sockets)" = "$before" ] || wrong "sockets are others: $(sockets), not $before"
 cmp $config /run/hil/config
 grep 'of a later version' $config.dpkg-dist
 has ActiveState active
