@@ -5,13 +5,13 @@
 #include "daemon/clock.h"
 #include "daemon/control_config.h"
 #include "daemon/log.h"
+#include "daemon/notify.h"
 #include "daemon/reload_plan.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <systemd/sd-daemon.h>
 
 #define JOIN_NS   700000000u /* for readers to come back from a decode, or from stopping a device */
 #define SETTLE_NS 2000000000u /* more, for a recorder to end its file */
@@ -57,11 +57,6 @@ int dx_reload_new(struct dx_reload **out, const struct dx_reload_options *option
 /* ---- told --------------------------------------------------------------------------------------
  */
 
-static void notify_begin(void)
-{
-    sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)dx_clock_ns() / 1000);
-}
-
 static void log_report(const struct dx_reload_report *report)
 {
     for (unsigned k = 0; k < report->n_fixed; k++)
@@ -78,19 +73,11 @@ static void log_report(const struct dx_reload_report *report)
                     dx_reload_count(report, DX_RELOAD_UNCHANGED));
 }
 
-static void notify_end(const struct dx_reload_report *report)
-{
-    if (report->is_refused)
-        sd_notifyf(0, "READY=1\nSTATUS=reload refused: %s", report->err.text);
-    else
-        sd_notify(0, "READY=1\nSTATUS=reloaded");
-}
-
 static void finish(struct dx_reload *r)
 {
     r->phase = IDLE;
     log_report(&r->report);
-    notify_end(&r->report);
+    dx_notify_reloaded(r->o.server, r->report.is_refused ? &r->report.err : NULL);
     dx_control_reloaded(r->o.server, r->number, &r->report);
     if (r->again)
         begin(r);
@@ -249,7 +236,7 @@ static void begin(struct dx_reload *r)
     r->again = false;
     r->phase = PLANNING;
     r->report = (struct dx_reload_report){.file = r->o.file};
-    notify_begin();
+    dx_notify_reloading();
     dx_aside_start(&r->aside, "reload", plan, on_planned);
 }
 

@@ -156,6 +156,7 @@ static int on_timer(sd_event_source *source, uint64_t usec, void *server)
         dx_control_resume(s->control);
         dx_server_tick_streams(s, now);
         dx_metrics_file_tick(s->metrics, s, now);
+        dx_notify_tick(s);
     }
     return 0;
 }

@@ -9,6 +9,7 @@
 #include "daemon/heartbeat.h"
 #include "daemon/latency.h"
 #include "daemon/log.h"
+#include "daemon/notify.h"
 #include "daemon/presence.h"
 #include "daemon/server.h"
 #include "daemon/subscriber.h"
@@ -58,7 +59,8 @@ struct dx_server {
     struct dx_presence *presence;
     struct dx_watchdog *watchdog;
     struct dx_metrics_file *metrics; /* NULL: none */
-    uint64_t accept_again_ns;        /* 0: accepting */
+    struct dx_notify notify;
+    uint64_t accept_again_ns; /* 0: accepting */
     uint64_t tick_due_ns;
     uint64_t exit_due_ns; /* 0: not stopping */
     uint64_t started_ns;

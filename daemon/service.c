@@ -3,6 +3,7 @@
 
 #include "daemon/clock.h"
 #include "daemon/log.h"
+#include "daemon/notify.h"
 #include "daemon/reload.h"
 #include "daemon/server.h"
 #include "daemon/service_streams.h"
@@ -15,7 +16,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #define MMAP_FROM (32 << 10) /* bytes: what a stream is made of, and a subscriber */
@@ -139,9 +139,9 @@ static int open_reload(struct service *s, struct dx_config *config, const char *
     return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
-static void tell_ready(int ready_fd)
+static void tell_ready(const struct service *s, int ready_fd)
 {
-    sd_notify(0, "READY=1");
+    dx_notify_ready(s->server);
     if (ready_fd < 0)
         return;
     if (write(ready_fd, "ready\n", 6) < 0)
@@ -157,9 +157,9 @@ static int serve(struct service *s, int ready_fd, struct dx_err *err)
         r = dx_stream_start(s->streams.stream[k], err);
     if (r < 0)
         return r;
-    tell_ready(ready_fd);
+    tell_ready(s, ready_fd);
     r = dx_server_run(s->server);
-    sd_notify(0, "STOPPING=1");
+    dx_notify_stopping();
     return r < 0 ? dx_err_set(err, r, "the loop: %s", strerror(-r)) : 0;
 }
 

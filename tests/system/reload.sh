@@ -24,6 +24,14 @@ says() {
   [ $code = "$1" ] || wrong "reload: status $code, expected $1: $(cat "$run/said")"
   grep -qF -- "$2" "$run/said" || wrong "reload said '$(cat "$run/said")', expected '$2'"
 }
+# hears WHAT: the service manager is told of a reload (of the state between: notify.sh)
+hears() {
+  for expected in RELOADING=1 MONOTONIC_USEC= READY=1; do
+    read -r line <&7
+    while [ "${line#STATUS=}" != "$line" ]; do read -r line <&7; done
+    case $line in $expected*) ;; *) wrong "$1: told '$line', expected $expected" ;; esac
+  done
+}
 frames() { timeout 300 "$dexel" cat --socket "$sock" --stream "$1" --frames 2 --quiet || wrong "no mesh of $1"; }
 
 # ---- what subscribers see, and what the service manager is told
@@ -42,18 +50,12 @@ unset NOTIFY_SOCKET
 read -r line <&7
 [ "$line" = READY=1 ] || wrong "at the start told '$line'"
 timeout 300 "$B/tests/reload_watch" "$sock" "$sock.control" "$yaml" "$run/next" || wrong "subscribers at a reload"
-for expected in RELOADING=1 MONOTONIC_USEC= READY=1 STATUS=reloaded; do
-  read -r line <&7
-  case $line in $expected*) ;; *) wrong "told '$line', expected $expected" ;; esac
-done
+hears "a reload"
 
 # ---- by SIGHUP
 { top; echo streams:; stream still "$still"; stream hup "$box"; } >"$yaml"
 kill -HUP "$dexeld_pid"
-for expected in RELOADING=1 MONOTONIC_USEC= READY=1 STATUS=reloaded; do
-  read -r line <&7
-  case $line in $expected*) ;; *) wrong "SIGHUP: told '$line', expected $expected" ;; esac
-done
+hears SIGHUP
 frames hup
 
 # ---- what is refused changes nothing
