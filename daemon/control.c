@@ -275,6 +275,13 @@ bool dx_control_is_inherited(const struct dx_control *k)
     return k && dx_listener_is_inherited(&k->listener);
 }
 
+void dx_control_path(const struct dx_control *k, char path[DX_SERVER_PATH])
+{
+    const struct dx_listener none = {.fd = -1};
+
+    dx_listener_tell(k ? &k->listener : &none, path);
+}
+
 void dx_control_resume(struct dx_control *k)
 {
     if (k && k->listener.io)

@@ -11,6 +11,7 @@
 
 #include "core/base/err.h"
 #include "daemon/control_requests.h"
+#include "daemon/server.h"
 
 struct dx_control;
 struct dx_server;
@@ -25,6 +26,8 @@ void dx_control_free(struct dx_control *c);
 void dx_control_tell(struct dx_control *c, struct dx_control_wait done, json_t *reply);
 
 bool dx_control_is_inherited(const struct dx_control *c); /* NULL: no */
+/* Where it listens; NULL: "none". */
+void dx_control_path(const struct dx_control *c, char path[DX_SERVER_PATH]);
 
 /* Accepts again, if it was out of descriptors; called once a second. NULL is fine. */
 void dx_control_resume(struct dx_control *c);

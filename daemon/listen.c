@@ -169,6 +169,21 @@ int dx_listener_open(struct dx_listener *l, const char *path, const char *name, 
     return 0;
 }
 
+void dx_listener_tell(const struct dx_listener *l, char path[DX_SERVER_PATH])
+{
+    struct sockaddr_un addr = {0};
+    socklen_t len = sizeof(addr) - 1; /* a 0 stays behind the longest */
+    const char *at = addr.sun_path;
+
+    snprintf(path, DX_SERVER_PATH, "none");
+    if (l->fd < 0 || getsockname(l->fd, (struct sockaddr *)&addr, &len) < 0)
+        return;
+    if (*at)
+        snprintf(path, DX_SERVER_PATH, "%s", at);
+    else
+        snprintf(path, DX_SERVER_PATH, "@%s", at + 1); /* a name that is in no file system */
+}
+
 void dx_listener_close(struct dx_listener *l)
 {
     struct stat st;

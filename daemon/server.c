@@ -322,6 +322,13 @@ void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control)
     *control = dx_control_is_inherited(s->control);
 }
 
+void dx_server_paths(const struct dx_server *s, char mesh[DX_SERVER_PATH],
+                     char control[DX_SERVER_PATH])
+{
+    dx_listener_tell(&s->mesh, mesh);
+    dx_control_path(s->control, control);
+}
+
 void dx_server_free(struct dx_server *s)
 {
     if (!s)

@@ -11,6 +11,8 @@
 #include "daemon/counters.h"
 #include "daemon/feed.h"
 
+#define DX_SERVER_PATH 112 /* of a socket, as a text */
+
 struct dx_device;
 struct dx_heartbeats;
 struct dx_recorder;
@@ -66,6 +68,9 @@ int dx_server_new(struct dx_server **out, const struct dx_server_options *option
                   struct dx_err *err);
 /* Which of its sockets it has inherited. */
 void dx_server_inherits(const struct dx_server *s, bool *mesh, bool *control);
+/* Where they are; "none". */
+void dx_server_paths(const struct dx_server *s, char mesh[DX_SERVER_PATH],
+                     char control[DX_SERVER_PATH]);
 void dx_server_free(struct dx_server *s); /* unlinks the sockets that it made */
 
 /* Before dx_server_run. Errors: -EEXIST (a stream of that name), -ENOMEM. */

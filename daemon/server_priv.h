@@ -99,6 +99,9 @@ void dx_server_free_streams(struct dx_server *s);
 int dx_listener_open(struct dx_listener *l, const char *path, const char *name, struct dx_err *err);
 void dx_listener_close(struct dx_listener *l);
 
+/* Where it listens, inherited or not. */
+void dx_listener_tell(const struct dx_listener *l, char path[DX_SERVER_PATH]);
+
 static inline bool dx_listener_is_inherited(const struct dx_listener *l)
 {
     return l->fd >= 0 && !l->made;

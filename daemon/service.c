@@ -139,6 +139,16 @@ static int open_reload(struct service *s, struct dx_config *config, const char *
     return r < 0 ? dx_err_set(err, r, "event loop: %s", strerror(-r)) : 0;
 }
 
+static void log_start(const struct service *s, const char *file)
+{
+    char mesh[DX_SERVER_PATH], control[DX_SERVER_PATH];
+
+    dx_server_paths(s->server, mesh, control);
+    dx_log_notice("service", "version " DEXELD_VERSION ", %s: %u stream%s; mesh %s, control %s",
+                  file ? file : "the command line", s->streams.n, s->streams.n == 1 ? "" : "s",
+                  mesh, control);
+}
+
 static void tell_ready(const struct service *s, int ready_fd)
 {
     dx_notify_ready(s->server);
@@ -149,7 +159,7 @@ static void tell_ready(const struct service *s, int ready_fd)
     close(ready_fd);
 }
 
-static int serve(struct service *s, int ready_fd, struct dx_err *err)
+static int serve(struct service *s, const char *file, int ready_fd, struct dx_err *err)
 {
     int r = 0;
 
@@ -157,6 +167,7 @@ static int serve(struct service *s, int ready_fd, struct dx_err *err)
         r = dx_stream_start(s->streams.stream[k], err);
     if (r < 0)
         return r;
+    log_start(s, file);
     tell_ready(s, ready_fd);
     r = dx_server_run(s->server);
     dx_notify_stopping();
@@ -207,7 +218,7 @@ int dx_service_run(struct dx_config *config, const char *file, int ready_fd, str
         if (r == 0)
             r = open_reload(&s, config, file, err);
         if (r == 0)
-            r = serve(&s, ready_fd, err);
+            r = serve(&s, file, ready_fd, err);
     }
     if (take_down(&s))
         return r;

@@ -1,6 +1,6 @@
 #!/bin/sh
 # What the service manager is told of the service, in a line: at the start, when streams and clients come, change and go, while a
-# reload is refused, and at the end.
+# reload is refused, and at the end. That the log says what was started.
 set -u
 . tests/daemon.sh
 dexel=$B/bin/dexel
@@ -45,6 +45,9 @@ export NOTIFY_SOCKET="$run/notify"
 start_dexeld -c "$yaml" || exit 1
 tells READY=1
 tells 'STATUS=3 streams, 0 live, box: opening, over: opening, far: opening; 0 clients'
+version=$("$B/bin/dexeld" --version | cut -d' ' -f2)
+grep -qxF "dexeld: service: version $version, $yaml: 3 streams; mesh $sock, control $sock.control" "$run/dexeld.log" ||
+  wrong "the log does not say what was started: $(cat "$run/dexeld.log")"
 
 # ---- streams and clients change
 comes 'STATUS=3 streams, 1 live, over: opening, far: gone; 0 clients'
