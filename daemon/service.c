@@ -5,6 +5,7 @@
 #include "daemon/log.h"
 #include "daemon/reload.h"
 #include "daemon/server.h"
+#include "daemon/service_open.h"
 #include "daemon/service_streams.h"
 
 #include <errno.h>
@@ -49,22 +50,6 @@ static void hold_standard_descriptors(void)
     for (int fd = 0; fd <= 2; fd++)
         if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) < 0)
             return;
-}
-
-static int open_streams(struct service *s, const struct dx_config *config, const char *file,
-                        struct dx_err *err)
-{
-    for (uint32_t k = 0; k < config->n_streams; k++) {
-        struct dx_stream *stream;
-        int r = dx_stream_new(&stream, &config->streams[k], s->pool, err);
-
-        if (r < 0) {
-            dx_service_blame(err, file, &config->streams[k]);
-            return r;
-        }
-        dx_stream_list_add(&s->streams, stream);
-    }
-    return 0;
 }
 
 static uint64_t reload(void *service)
@@ -201,7 +186,9 @@ int dx_service_run(struct dx_config *config, const char *file, int ready_fd, str
     if (r < 0) {
         dx_err_set(err, r, "the pool of threads: %s", strerror(-r));
     } else {
-        r = open_streams(&s, config, file, err);
+        r = dx_service_open(&s.streams, config, file, s.pool, err);
+        if (r == DX_SERVICE_E_LEFT)
+            return r;
         if (r == 0)
             r = open_server(&s, config, err);
         if (r == 0)
