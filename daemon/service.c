@@ -59,6 +59,13 @@ static uint64_t reload(void *service)
     return s->reload ? dx_reload_ask(s->reload) : 0;
 }
 
+static bool reload_waits(void *service, char stream[64])
+{
+    struct service *s = service;
+
+    return s->reload && dx_reload_waits(s->reload, stream);
+}
+
 static char *config_text(void *service)
 {
     const struct service *s = service;
@@ -95,6 +102,7 @@ static int open_server(struct service *s, struct dx_config *config, struct dx_er
                                         .metrics_s = config->metrics_s,
                                         .signals = true,
                                         .reload = reload,
+                                        .reload_waits = reload_waits,
                                         .config = config_text,
                                         .ctx = s};
     int r = dx_server_new(&s->server, &options, err);
