@@ -31,9 +31,27 @@ json_t *dx_control_config(struct dx_server *server, const json_t *request)
     return answer;
 }
 
+static bool is_waiting(const struct dx_server *server, char stream[64])
+{
+    return server->options.reload_waits &&
+           server->options.reload_waits(server->options.ctx, stream);
+}
+
+uint64_t dx_control_begin_reload(struct dx_server *server)
+{
+    char stream[64];
+
+    return is_waiting(server, stream) ? 0 : dx_server_reload(server);
+}
+
 json_t *dx_control_no_reload(struct dx_server *server, const json_t *request)
 {
+    char stream[64];
+
     (void)request;
+    if (!server->exit_due_ns && is_waiting(server, stream))
+        return json_pack("{s:o}", "error",
+                         json_sprintf("a reload is under way (stream %s)", stream));
     return json_pack("{s:s}", "error",
                      server->exit_due_ns ? "the service is stopping"
                                          : "there is no configuration file to read again");

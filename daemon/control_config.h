@@ -17,6 +17,10 @@ struct dx_server;
 
 json_t *dx_control_config(struct dx_server *server, const json_t *request);
 
+/* Its number; 0: none can begin. Not while another one waits for a source, which may be for ever.
+ */
+uint64_t dx_control_begin_reload(struct dx_server *server);
+
 /* Why no reload can begin. */
 json_t *dx_control_no_reload(struct dx_server *server, const json_t *request);
 

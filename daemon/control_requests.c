@@ -39,7 +39,7 @@ static const struct request {
     {"replay", dx_control_replay, "do", NULL, 0},
     {"log-level", dx_control_log_level, "level", NULL, 0},
     {"config", dx_control_config, NULL, NULL, 0},
-    {"reload", dx_control_no_reload, "request", dx_server_reload, DX_TOPIC_RELOAD},
+    {"reload", dx_control_no_reload, "request", dx_control_begin_reload, DX_TOPIC_RELOAD},
     {"quit", dx_control_quit, "request", NULL, 0},
 };
 

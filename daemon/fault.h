@@ -7,6 +7,7 @@
 
 enum dx_fault_place {
     DX_FAULT_LOOP,
+    DX_FAULT_OPEN,     /* before the source of a stream is opened */
     DX_FAULT_READER,   /* before a block is decoded */
     DX_FAULT_MESHER,   /* before a frame is meshed */
     DX_FAULT_RECORDER, /* before a block is written */

@@ -29,6 +29,8 @@ struct dx_reload {
     uint64_t number; /* of the one that runs, or ran last */
     bool again;      /* another was asked for meanwhile */
     int result;      /* of planning */
+    bool is_late;    /* planning has taken long */
+    sd_event_source *late;
     struct dx_reload_plan plan;
     struct dx_reload_report report;
     struct dx_config before;    /* what was in force, to be freed beside the loop */
@@ -36,6 +38,35 @@ struct dx_reload {
 };
 
 static void begin(struct dx_reload *r);
+
+/* Once for a reload: whoever waits for it learns what it waits for. */
+static int on_late(sd_event_source *source, uint64_t usec, void *reload)
+{
+    struct dx_reload *r = reload;
+    struct dx_opening_now now = dx_opening_get(&r->plan.opening);
+
+    (void)source;
+    (void)usec;
+    if (r->phase != PLANNING)
+        return 0;
+    r->is_late = true;
+    if (*now.stream)
+        dx_log_warning("reload", "still opening stream %s", now.text);
+    else
+        dx_log_warning("reload", "still reading %s", r->o.file);
+    return 0;
+}
+
+static int add_events(struct dx_reload *r)
+{
+    sd_event *event = dx_server_event(r->o.server);
+    int result = sd_event_add_time(event, &r->late, CLOCK_MONOTONIC, 0, 0, on_late, r);
+
+    if (result < 0)
+        return result;
+    sd_event_source_set_enabled(r->late, SD_EVENT_OFF);
+    return dx_aside_init(&r->aside, event, r);
+}
 
 int dx_reload_new(struct dx_reload **out, const struct dx_reload_options *options)
 {
@@ -45,8 +76,11 @@ int dx_reload_new(struct dx_reload **out, const struct dx_reload_options *option
     if (!r)
         return -ENOMEM;
     r->o = *options;
-    result = dx_aside_init(&r->aside, dx_server_event(r->o.server), r);
+    dx_opening_init(&r->plan.opening);
+    result = add_events(r);
     if (result < 0) {
+        sd_event_source_disable_unref(r->late);
+        dx_opening_fini(&r->plan.opening);
         free(r);
         return result;
     }
@@ -233,10 +267,12 @@ static void plan(void *reload)
 static void begin(struct dx_reload *r)
 {
     r->number++;
-    r->again = false;
+    r->again = r->is_late = false;
     r->phase = PLANNING;
     r->report = (struct dx_reload_report){.file = r->o.file};
     dx_notify_reloading();
+    sd_event_source_set_time(r->late, (dx_clock_ns() + DX_OPENING_LATE_NS) / 1000);
+    sd_event_source_set_enabled(r->late, SD_EVENT_ONESHOT);
     dx_aside_start(&r->aside, "reload", plan, on_planned);
 }
 
@@ -250,6 +286,16 @@ uint64_t dx_reload_ask(void *reload)
     }
     begin(r);
     return r->number;
+}
+
+bool dx_reload_waits(struct dx_reload *r, char stream[64])
+{
+    struct dx_opening_now now = dx_opening_get(&r->plan.opening);
+
+    if (r->phase != PLANNING || !r->is_late || !*now.stream)
+        return false;
+    memcpy(stream, now.stream, sizeof(now.stream));
+    return true;
 }
 
 /* ---- the end -----------------------------------------------------------------------------------
@@ -276,5 +322,7 @@ void dx_reload_free(struct dx_reload *r)
     if (!r)
         return;
     dx_aside_fini(&r->aside);
+    sd_event_source_disable_unref(r->late);
+    dx_opening_fini(&r->plan.opening);
     free(r);
 }

@@ -38,6 +38,10 @@ int dx_reload_new(struct dx_reload **out, const struct dx_reload_options *option
  * dx_control_reloaded (control_config.h) answers. */
 uint64_t dx_reload_ask(void *reload);
 
+/* Is one under way that has been opening sources for long? Then which stream's just now. Another
+ * one that is asked for would wait for as long. */
+bool dx_reload_waits(struct dx_reload *r, char stream[64]);
+
 /* When the loop has ended: waits for what is under way. The streams that it had in hand are then in
  * the list, and told to stop; those of before that could not be joined have been tried again.
  * False: something did not end before `due_ns` (a recorder: 2 s more), and what it uses must

@@ -52,6 +52,7 @@ static int plan_stream(struct dx_reload_plan *plan, const struct dx_stream_confi
         return 0;
     }
     tell(report, config->name, old ? DX_RELOAD_CHANGED : DX_RELOAD_ADDED);
+    dx_opening_set(&plan->opening, config);
     return open_fresh(add_change(plan, config->name, old), config, o, err);
 }
 
@@ -85,6 +86,7 @@ int dx_reload_plan_make(struct dx_reload_plan *plan, const struct dx_reload_opti
     plan->n = 0;
     for (uint32_t k = 0; k < plan->next.n_streams && r == 0; k++)
         r = plan_stream(plan, &plan->next.streams[k], o, report, err);
+    dx_opening_set(&plan->opening, NULL);
     if (r == 0)
         plan_removals(plan, o, report);
     else

@@ -5,6 +5,7 @@
 #ifndef DX_RELOAD_PLAN_H
 #define DX_RELOAD_PLAN_H
 
+#include "daemon/opening.h"
 #include "daemon/reload.h"
 #include "daemon/reload_report.h"
 
@@ -20,6 +21,7 @@ struct dx_reload_plan {
     struct dx_config next;
     struct dx_reload_change change[2 * DX_CONFIG_MAX_STREAMS];
     uint32_t n;
+    struct dx_opening opening; /* for the loop, while the plan is made */
 };
 
 /* Reads the file and opens what it newly asks for; the report says what becomes of each stream. On

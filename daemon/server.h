@@ -43,6 +43,8 @@ struct dx_server_options {
      * what the file holds now; dx_server_tell_reload says when. 0: there is no file. May be NULL.
      */
     uint64_t (*reload)(void *ctx);
+    /* Has one been under way for long, for a stream whose source does not open? May be NULL. */
+    bool (*reload_waits)(void *ctx, char stream[64]);
     /* The configuration in force as YAML, to be freed. NULL: no memory. May be NULL. */
     char *(*config)(void *ctx);
     void *ctx;

@@ -6,6 +6,7 @@
 #include "daemon/notify.h"
 #include "daemon/reload.h"
 #include "daemon/server.h"
+#include "daemon/service_open.h"
 #include "daemon/service_streams.h"
 
 #include <errno.h>
@@ -51,27 +52,18 @@ static void hold_standard_descriptors(void)
             return;
 }
 
-static int open_streams(struct service *s, const struct dx_config *config, const char *file,
-                        struct dx_err *err)
-{
-    for (uint32_t k = 0; k < config->n_streams; k++) {
-        struct dx_stream *stream;
-        int r = dx_stream_new(&stream, &config->streams[k], s->pool, err);
-
-        if (r < 0) {
-            dx_service_blame(err, file, &config->streams[k]);
-            return r;
-        }
-        dx_stream_list_add(&s->streams, stream);
-    }
-    return 0;
-}
-
 static uint64_t reload(void *service)
 {
     struct service *s = service;
 
     return s->reload ? dx_reload_ask(s->reload) : 0;
+}
+
+static bool reload_waits(void *service, char stream[64])
+{
+    struct service *s = service;
+
+    return s->reload && dx_reload_waits(s->reload, stream);
 }
 
 static char *config_text(void *service)
@@ -110,6 +102,7 @@ static int open_server(struct service *s, struct dx_config *config, struct dx_er
                                         .metrics_s = config->metrics_s,
                                         .signals = true,
                                         .reload = reload,
+                                        .reload_waits = reload_waits,
                                         .config = config_text,
                                         .ctx = s};
     int r = dx_server_new(&s->server, &options, err);
@@ -212,7 +205,9 @@ int dx_service_run(struct dx_config *config, const char *file, int ready_fd, str
     if (r < 0) {
         dx_err_set(err, r, "the pool of threads: %s", strerror(-r));
     } else {
-        r = open_streams(&s, config, file, err);
+        r = dx_service_open(&s.streams, config, file, s.pool, err);
+        if (r == DX_SERVICE_E_LEFT)
+            return r;
         if (r == 0)
             r = open_server(&s, config, err);
         if (r == 0)

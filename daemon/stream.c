@@ -2,6 +2,7 @@
 #include "daemon/stream.h"
 
 #include "daemon/clock.h"
+#include "daemon/fault.h"
 #include "daemon/heartbeat.h"
 #include "daemon/log.h"
 #include "daemon/mailbox.h"
@@ -189,6 +190,7 @@ int dx_stream_new(struct dx_stream **out, const struct dx_stream_config *config,
         goto err_stream;
     }
     was = dx_log_about((struct dx_log_about){.stream = config->name});
+    dx_fault_point(DX_FAULT_OPEN);
     r = open_reader(s, err);
     if (r == 0)
         r = open_rig(s, err);

@@ -1,7 +1,7 @@
 /*
- * Faults for tests: $DEXELD_FAULT is "hang-loop", "hang-reader", "hang-mesher" or "hang-recorder",
- * with ":N" behind it to strike at the N-th time that the place is come by (1). The thread then
- * sleeps until the process is killed. Any thread.
+ * Faults for tests: $DEXELD_FAULT is "hang-loop", "hang-open", "hang-reader", "hang-mesher" or
+ * "hang-recorder", with ":N" behind it to strike at the N-th time that the place is come by (1).
+ * The thread then sleeps until the process is killed. Any thread.
  */
 #include "daemon/fault.h"
 
@@ -12,9 +12,8 @@
 #include <unistd.h>
 
 static const char *const names[] = {
-    [DX_FAULT_LOOP] = "hang-loop",
-    [DX_FAULT_READER] = "hang-reader",
-    [DX_FAULT_MESHER] = "hang-mesher",
+    [DX_FAULT_LOOP] = "hang-loop",         [DX_FAULT_OPEN] = "hang-open",
+    [DX_FAULT_READER] = "hang-reader",     [DX_FAULT_MESHER] = "hang-mesher",
     [DX_FAULT_RECORDER] = "hang-recorder",
 };
 
