@@ -83,6 +83,8 @@ static int parse(struct args *a, int argc, char **argv)
 
 static void print_text(const struct dx_doctor *d, bool quiet)
 {
+    const unsigned n_problems = d->n_of[DX_DOCTOR_PROBLEM], n_warnings = d->n_of[DX_DOCTOR_WARNING];
+
     for (size_t k = 0; k < json_array_size(d->findings); k++) {
         const json_t *f = json_array_get(d->findings, k);
         const char *level = json_string_value(json_object_get(f, "level"));
@@ -95,7 +97,8 @@ static void print_text(const struct dx_doctor *d, bool quiet)
         if (mend)
             printf("%17s $ %s\n", "", mend);
     }
-    printf("%u problems, %u warnings\n", d->n_of[DX_DOCTOR_PROBLEM], d->n_of[DX_DOCTOR_WARNING]);
+    printf("%u problem%s, %u warning%s\n", n_problems, n_problems == 1 ? "" : "s", n_warnings,
+           n_warnings == 1 ? "" : "s");
 }
 
 static int print_json(const struct dx_doctor *d)

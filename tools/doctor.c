@@ -31,11 +31,12 @@ void dx_doctor_run(struct dx_doctor *d)
         const char *name;
         void (*look)(struct dx_doctor *d);
     } topics[] = {
-        /* the configuration first: it tells what is needed */
+        /* the configuration first, which tells what is needed; streams before the service, which
+         * would tell of what is missing once more */
         {"config", dx_doctor_config},   {"groups", dx_doctor_groups},
-        {"sockets", dx_doctor_sockets}, {"service", dx_doctor_service},
-        {"rule", dx_doctor_rules},      {"devices", dx_doctor_devices},
-        {"streams", dx_doctor_streams}, {"modules", dx_doctor_modules},
+        {"sockets", dx_doctor_sockets}, {"rule", dx_doctor_rules},
+        {"devices", dx_doctor_devices}, {"streams", dx_doctor_streams},
+        {"service", dx_doctor_service}, {"modules", dx_doctor_modules},
         {"usb", dx_doctor_usb},         {"clocks", dx_doctor_clocks},
         {"disk", dx_doctor_disk},       {"limits", dx_doctor_limits},
         {"cpu", dx_doctor_processor},

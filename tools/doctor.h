@@ -36,11 +36,13 @@ struct dx_doctor {
     const char *config_path, *socket, *control;
     struct dx_config config; /* empty unless has_config */
     bool has_config;
-    struct dx_doctor_user me;      /* groups: of this session */
-    struct dx_doctor_user service; /* groups: those it gets when it is started */
-    char pid[16];                  /* of the running service, as systemd has it; "": none */
-    const char *topic;             /* that tells now */
-    json_t *findings;              /* an array */
+    bool is_missing[DX_CONFIG_MAX_STREAMS]; /* what the stream reads is not there, which was told */
+    struct dx_doctor_user me;               /* groups: of this session */
+    struct dx_doctor_user service;          /* groups: those it gets when it is started */
+    struct dx_doctor_user running;          /* as whom it runs now */
+    char pid[16];      /* of the running service, as systemd has it; "": none */
+    const char *topic; /* that tells now */
+    json_t *findings;  /* an array */
     unsigned n_of[DX_DOCTOR_N_LEVELS];
 };
 
@@ -78,6 +80,8 @@ bool dx_doctor_line(const char *text, const char *key, char *value, size_t len);
  */
 
 void dx_doctor_find_users(struct dx_doctor *d);
+/* As whom it runs that listens at this socket. */
+void dx_doctor_find_running(struct dx_doctor *d, const char *socket);
 /* False: there is no such group. */
 bool dx_doctor_group(const struct dx_doctor *d, const char *name, gid_t *gid);
 /* Is the user listed as a member, whatever this session has? */
@@ -122,5 +126,9 @@ bool dx_doctor_has_rule(const struct dx_doctor *d, char *path, size_t len);
 /* How many streams are configured to use the driver. */
 unsigned dx_doctor_n_streams(const struct dx_doctor *d, const char *driver);
 bool dx_doctor_wants_gpio(const struct dx_doctor *d);
+/* Was it told of this stream that what it reads is not there? */
+bool dx_doctor_is_missing(const struct dx_doctor *d, const char *stream);
+/* Who the service runs as: the user that it runs as now, else that of its unit, else who asks. */
+const struct dx_doctor_user *dx_doctor_runs_as(const struct dx_doctor *d);
 
 #endif

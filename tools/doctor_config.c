@@ -116,43 +116,72 @@ static bool has_files(const struct dx_doctor *d, const char *pattern)
     return n > 0;
 }
 
-/* Whether it is there; *what is what was looked for. */
-static bool is_there(const struct dx_doctor *d, const struct dx_stream_config *s, const char **what)
+#define WHAT_LEN 256
+
+/* Its name, and what it was chosen by. */
+static void describe_usb(char what[WHAT_LEN], const char *name, const char *serial,
+                         const char *port)
 {
+    if (*serial && *port)
+        snprintf(what, WHAT_LEN, "%s (serial %.64s, port %.64s)", name, serial, port);
+    else if (*serial || *port)
+        snprintf(what, WHAT_LEN, "%s (%s %.64s)", name, *serial ? "serial" : "port",
+                 *serial ? serial : port);
+    else
+        snprintf(what, WHAT_LEN, "%s", name);
+}
+
+/* Whether it is there; `what` is what was looked for. */
+static bool is_there(const struct dx_doctor *d, const struct dx_stream_config *s,
+                     char what[WHAT_LEN])
+{
+    const struct dx_v4l2_config *v = &s->source.v4l2;
+    const struct dx_kinect_config *n = &s->source.kinect;
     const struct dx_hokuyo_config *h = &s->source.hokuyo;
     struct stat st;
 
-    *what = "its device";
     if (!strcmp(s->driver, "v4l2")) {
-        *what = *s->source.v4l2.path ? s->source.v4l2.path : "a camera";
-        return has_camera(d, &s->source.v4l2);
+        snprintf(what, WHAT_LEN, "%s", *v->path ? v->path : "a camera");
+        return has_camera(d, v);
     }
     if (!strcmp(s->driver, "kinect")) {
-        *what = "a Kinect camera, of its serial and port";
-        return has_usb(d, "kinect", s->source.kinect.serial, s->source.kinect.port);
+        describe_usb(what, "a Kinect camera", n->serial, n->port);
+        return has_usb(d, "kinect", n->serial, n->port);
     }
     if (!strcmp(s->driver, "file")) {
-        *what = s->source.file.path;
+        snprintf(what, WHAT_LEN, "%s", s->source.file.path);
         return has_files(d, s->source.file.path);
     }
-    if (!strcmp(s->driver, "hokuyo") && !*h->tcp) {
-        *what = *h->tty ? h->tty : "a Hokuyo scanner on USB, of its serial and port";
-        return *h->tty ? dx_doctor_stat(d, h->tty, &st) : has_usb(d, "hokuyo", h->serial, h->port);
+    if (strcmp(s->driver, "hokuyo") || *h->tcp)
+        return true; /* simulated, or on the network: its state tells */
+    if (*h->tty) {
+        snprintf(what, WHAT_LEN, "%s", h->tty);
+        return dx_doctor_stat(d, h->tty, &st);
     }
-    return true; /* simulated, or on the network: its state tells */
+    describe_usb(what, "a Hokuyo scanner on USB", h->serial, h->port);
+    return has_usb(d, "hokuyo", h->serial, h->port);
 }
 
 void dx_doctor_streams(struct dx_doctor *d)
 {
     for (uint32_t k = 0; k < d->config.n_streams; k++) {
         const struct dx_stream_config *s = &d->config.streams[k];
-        const char *what;
+        char what[WHAT_LEN];
 
-        if (is_there(d, s, &what))
-            dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s: what it reads (%s) is there", s->name,
-                           s->driver);
-        else
+        d->is_missing[k] = !is_there(d, s, what);
+        if (d->is_missing[k])
             dx_doctor_tell(d, DX_DOCTOR_PROBLEM, strcmp(s->driver, "file") ? "dexel devices" : NULL,
                            "%s: %s is not there", s->name, what);
+        else
+            dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s: what it reads (%s) is there", s->name,
+                           s->driver);
     }
+}
+
+bool dx_doctor_is_missing(const struct dx_doctor *d, const char *stream)
+{
+    for (uint32_t k = 0; k < d->config.n_streams; k++)
+        if (d->is_missing[k] && !strcmp(d->config.streams[k].name, stream))
+            return true;
+    return false;
 }

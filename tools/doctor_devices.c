@@ -128,7 +128,7 @@ static void make_mend(const struct dx_doctor *d, const struct node *node, const 
     if ((st->st_mode & both) == both && st->st_gid != 0)
         snprintf(mend, len, "sudo adduser %s %s%s", user->name,
                  dx_doctor_group_name(d, st->st_gid, group, sizeof(group)),
-                 user == &d->service ? " && sudo systemctl restart dexeld" : "");
+                 user == &d->service || *d->pid ? " && sudo systemctl restart dexeld" : "");
     else
         snprintf(mend, len,
                  "%ssudo udevadm control --reload && sudo udevadm trigger --action=add "
@@ -147,8 +147,7 @@ static bool may_open(const struct dx_doctor *d, const struct dx_doctor_user *use
 static void look_at_node(struct dx_doctor *d, const struct node *node)
 {
     const enum dx_doctor_level bad = node->is_needed ? DX_DOCTOR_PROBLEM : DX_DOCTOR_WARNING;
-    /* where there is no user for the service, it is run by hand */
-    const struct dx_doctor_user *user = d->service.known ? &d->service : &d->me;
+    const struct dx_doctor_user *user = dx_doctor_runs_as(d);
     char owner[160], group[64], mend[PATH_MAX];
     struct stat st;
 

@@ -42,8 +42,10 @@ static void look_at_module(struct dx_doctor *d, const char *module, unsigned n, 
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s is loaded", module);
         return;
     }
-    if (n == 0 && !is_needed)
+    if (n == 0 && !is_needed) {
+        dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s is not needed: no %s are attached", module, what);
         return;
+    }
     snprintf(mend, sizeof(mend), "sudo modprobe %s", module);
     dx_doctor_tell(d, is_needed ? DX_DOCTOR_PROBLEM : DX_DOCTOR_WARNING, mend,
                    "the kernel's %s is not loaded, which makes nodes of %s (attached: %u)", module,
@@ -71,6 +73,8 @@ void dx_doctor_modules(struct dx_doctor *d)
             "loaded");
     else if (dx_doctor_wants_gpio(d))
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "there are GPIO chips");
+    else
+        dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "GPIO is not needed: no stream uses lines");
 }
 
 /*
@@ -91,6 +95,9 @@ void dx_doctor_usb(struct dx_doctor *d)
     if (!dx_doctor_read(d, path, text, sizeof(text))) {
         if (n_kinect + n_hokuyo)
             dx_doctor_tell(d, DX_DOCTOR_WARNING, NULL, "%s cannot be read", path);
+        else
+            dx_doctor_tell(d, DX_DOCTOR_OK, NULL,
+                           "memory of usbfs is not needed: no scanner and no Kinect is attached");
         return;
     }
     mib = strtoul(text, NULL, 10);

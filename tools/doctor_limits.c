@@ -33,7 +33,7 @@ static bool find_room(const struct dx_doctor *d, const char *folder, unsigned lo
 
 static void look_at_folder(struct dx_doctor *d, const struct dx_stream_config *s)
 {
-    const struct dx_doctor_user *user = d->service.known ? &d->service : &d->me;
+    const struct dx_doctor_user *user = dx_doctor_runs_as(d);
     char folder[1024], mend[1280];
     const char *slash = strrchr(s->record.path, '/');
     const unsigned need_mib = s->record.keep_mib ? s->record.split_mib : ROOM_MIB;
@@ -151,4 +151,6 @@ void dx_doctor_processor(struct dx_doctor *d)
                        n_slow, n);
     else if (n)
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "processors follow the load");
+    else
+        dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "processors have no governor here");
 }

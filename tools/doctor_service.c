@@ -87,6 +87,8 @@ static bool look_at_socket(struct dx_doctor *d, const char *path, const char *gr
     }
     look_at_owner(d, path, &st, group);
     r = connect_once(whole);
+    if (r == 0 || r == -EACCES)
+        dx_doctor_find_running(d, path);
     if (r == 0)
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s: somebody answers", path);
     else if (r != -EACCES) /* that is told above */
@@ -104,18 +106,9 @@ void dx_doctor_sockets(struct dx_doctor *d)
 /* ---- its own words ----------------------------------------------------------------------------
  */
 
-static void look_at_stream(struct dx_doctor *d, const json_t *stream)
+static void look_at_state(struct dx_doctor *d, const char *name, const char *state,
+                          const char *reason)
 {
-    const char *name = json_string_value(json_object_get(stream, "name"));
-    const char *state = json_string_value(json_object_get(stream, "state"));
-    const char *reason = json_string_value(json_object_get(stream, "reason"));
-    const json_t *device = json_object_get(stream, "device");
-    const char *trouble = json_string_value(json_object_get(device, "trouble"));
-    const char *recording =
-        json_string_value(json_object_get(json_object_get(stream, "recording"), "error_text"));
-
-    if (!name || !state)
-        return;
     if (!strcmp(state, "faulted") || !strcmp(state, "gone"))
         dx_doctor_tell(d, DX_DOCTOR_PROBLEM, !strcmp(state, "gone") ? "dexel devices" : LOG,
                        "%s is %s: %s", name, state, reason ? reason : "");
@@ -124,6 +117,21 @@ static void look_at_stream(struct dx_doctor *d, const json_t *stream)
                        reason ? reason : "");
     else
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s is %s", name, state);
+}
+
+static void look_at_stream(struct dx_doctor *d, const json_t *stream)
+{
+    const char *name = json_string_value(json_object_get(stream, "name"));
+    const char *state = json_string_value(json_object_get(stream, "state"));
+    const json_t *device = json_object_get(stream, "device");
+    const char *trouble = json_string_value(json_object_get(device, "trouble"));
+    const char *recording =
+        json_string_value(json_object_get(json_object_get(stream, "recording"), "error_text"));
+
+    if (!name || !state)
+        return;
+    if (!strcmp(state, "live") || !dx_doctor_is_missing(d, name)) /* one fault is told once */
+        look_at_state(d, name, state, json_string_value(json_object_get(stream, "reason")));
     if (trouble && *trouble)
         dx_doctor_tell(d, DX_DOCTOR_WARNING, LOG, "%s: %s", name, trouble);
     if (recording)

@@ -18,6 +18,12 @@ static FILE *open_list(const struct dx_doctor *d, const char *path)
     return fopen(whole, "re");
 }
 
+static void add_gid(struct dx_doctor_user *user, gid_t gid)
+{
+    if (user->n_gids < DX_DOCTOR_MAX_GROUPS && !dx_doctor_has_gid(user, gid))
+        user->gids[user->n_gids++] = gid;
+}
+
 /* The user's name by its number (name NULL), or number and first group by its name. */
 static bool find_user(const struct dx_doctor *d, struct dx_doctor_user *user, const char *name)
 {
@@ -33,17 +39,11 @@ static bool find_user(const struct dx_doctor *d, struct dx_doctor_user *user, co
         snprintf(user->name, sizeof(user->name), "%s", p->pw_name);
         user->uid = p->pw_uid;
         if (name)
-            user->gids[user->n_gids++] = p->pw_gid;
+            add_gid(user, p->pw_gid);
     }
     if (f)
         fclose(f);
     return p != NULL;
-}
-
-static void add_gid(struct dx_doctor_user *user, gid_t gid)
-{
-    if (user->n_gids < DX_DOCTOR_MAX_GROUPS && !dx_doctor_has_gid(user, gid))
-        user->gids[user->n_gids++] = gid;
 }
 
 static bool is_member(const struct group *g, const char *name)
@@ -159,19 +159,58 @@ static void add_unit_groups(struct dx_doctor *d)
     }
 }
 
-static void find_service(struct dx_doctor *d)
+static void add_listed_groups(const struct dx_doctor *d, struct dx_doctor_user *user)
 {
     FILE *f = open_list(d, "/etc/group");
     const struct group *g;
 
-    d->service.known = find_user(d, &d->service, SERVICE_USER);
-    while (d->service.known && f && (g = fgetgrent(f)))
-        if (is_member(g, SERVICE_USER))
-            add_gid(&d->service, g->gr_gid);
+    while (f && (g = fgetgrent(f)))
+        if (is_member(g, user->name))
+            add_gid(user, g->gr_gid);
     if (f)
         fclose(f);
-    if (d->service.known)
-        add_unit_groups(d);
+}
+
+static void find_service(struct dx_doctor *d)
+{
+    d->service.known = find_user(d, &d->service, SERVICE_USER);
+    if (!d->service.known)
+        return;
+    add_listed_groups(d, &d->service);
+    add_unit_groups(d);
+}
+
+/* A service that made its sockets has locks beside them, which tell whose it is also to whom it
+ * does not answer. (A socket would tell of the manager that made it.) */
+void dx_doctor_find_running(struct dx_doctor *d, const char *socket)
+{
+    struct dx_doctor_user *user = &d->running;
+    char path[PATH_MAX], status[4096], line[64];
+    struct stat st;
+
+    if (*d->pid) {
+        snprintf(path, sizeof(path), "/proc/%s/status", d->pid);
+        if (!dx_doctor_read(d, path, status, sizeof(status)) ||
+            !dx_doctor_line(status, "Uid:", line, sizeof(line)))
+            return;
+        user->uid = (uid_t)strtoul(line, NULL, 10);
+    } else {
+        snprintf(path, sizeof(path), "%.300s.lock", socket);
+        if (!dx_doctor_stat(d, path, &st))
+            return;
+        user->uid = st.st_uid;
+    }
+    user->known = true;
+    snprintf(user->name, sizeof(user->name), "%u", (unsigned)user->uid);
+    if (find_user(d, user, NULL) && find_user(d, user, user->name))
+        add_listed_groups(d, user);
+}
+
+const struct dx_doctor_user *dx_doctor_runs_as(const struct dx_doctor *d)
+{
+    if (d->running.known && !(d->service.known && d->running.uid == d->service.uid))
+        return &d->running;
+    return d->service.known ? &d->service : &d->me;
 }
 
 void dx_doctor_find_users(struct dx_doctor *d)

@@ -132,18 +132,19 @@ expect 2 "$dexel" doctor --more
 expect 0 "$dexel" doctor --help
 
 # from here on a service answers: sockets, then everything else one by one
-serve() {
+serve() { # serve [STREAM]
   cat >"$run/serve.yaml" <<YAML
 socket: $root/run/dexeld/mesh.sock
 control_socket: $root/run/dexeld/control.sock
 streams:
   - name: ball
     synthetic: {scene: sphere, size: 32x16}
+$1
 YAML
   groups "dexeld=$gid:" dexel=2001:alice,dexeld dexel-admin=2002:alice video=2003:dexeld dialout=2004:
   start_dexeld -c "$run/serve.yaml" || exit 1
 }
-serve
+serve ''
 doctor 0
 finds ok service 'the service answers, version '
 finds ok service 'ball is '
@@ -156,6 +157,14 @@ chmod 666 "$root/run/dexeld/mesh.sock"
 doctor 0
 finds warning sockets 'has mode 0666: everybody may connect' 'sudo chmod 0660 /run/dexeld/mesh.sock'
 finds ok sockets '/run/dexeld/mesh.sock: somebody answers'
+# whoever it is that the service runs as now: of systemd, or started by hand
+chmod 700 "$root/var/lib/dexeld"
+put proc/77/status 'Uid:	990	990	990	990'
+doctor 1
+finds problem disk 'kinect: dexeld may not write to /var/lib/dexeld' 'sudo chown dexeld /var/lib/dexeld'
+rm -r "$root/sys/fs"
+doctor 0
+finds ok disk 'kinect: there is room in /var/lib/dexeld'
 kill -9 "$dexeld_pid"
 wait "$dexeld_pid" 2>/dev/null
 dexeld_pid=
@@ -167,6 +176,16 @@ put run/dexeld/mesh.sock ''
 doctor 1
 finds problem sockets '/run/dexeld/mesh.sock is no socket' \
   'sudo rm /run/dexeld/mesh.sock && sudo systemctl start dexeld.socket dexeld-control.socket dexeld.service'
+
+# a device that is not there is one problem, whoever tells of it
+machine
+put etc/dexeld/dexeld.yaml 'streams: [{name: far, kinect: {serial: nowhere}}]'
+serve '  - {name: far, kinect: {serial: nowhere}}'
+doctor 1
+finds problem streams 'far: a Kinect camera (serial nowhere) is not there' 'dexel devices'
+finds ok service 'ball is '
+grep -q '^1 problem, ' out || { fail 'one fault is told twice'; cat out; }
+stop_dexeld
 
 # a stream that has failed; sockets that are told of
 machine
@@ -252,9 +271,12 @@ wrong problem devices 'alice may not open it'
 rm "$root/dev/video0"
 wrong problem streams 'camera: /dev/video0 is not there' 'dexel devices'
 put sys/bus/usb/devices/1-2/serial A23
-wrong problem streams 'kinect: a Kinect camera, of its serial and port is not there' 'dexel devices'
+wrong problem streams 'kinect: a Kinect camera (serial A22) is not there' 'dexel devices'
 mv "$root/sys/bus/usb/devices/1-3" "$root/sys/bus/usb/devices/1-5"
-wrong problem streams 'line: a Hokuyo scanner on USB, of its serial and port is not there' 'dexel devices'
+wrong problem streams 'line: a Hokuyo scanner on USB (port 1-3) is not there' 'dexel devices'
+rm -r "$root/sys/bus/usb/devices/1-2"
+put etc/dexeld/dexeld.yaml 'streams: [{name: any, kinect: {}}]'
+wrong problem streams 'any: a Kinect camera is not there' 'dexel devices'
 config '  - {name: old, file: {path: /rec/*.mcap}}'
 wrong problem streams 'old: /rec/*.mcap is not there'
 
@@ -262,6 +284,12 @@ rmdir "$root/sys/module/uvcvideo"
 wrong problem modules "the kernel's uvcvideo is not loaded" 'sudo modprobe uvcvideo'
 rmdir "$root/sys/module/cdc_acm"
 wrong warning modules "the kernel's cdc_acm is not loaded" 'sudo modprobe cdc_acm'
+rm -r "$root/sys/module/cdc_acm" "$root/sys/bus/usb/devices/1-3:1.0"
+wrong ok modules 'cdc_acm is not needed: no scanners on USB as serial ports are attached'
+put etc/dexeld/dexeld.yaml 'streams: [{name: any, kinect: {}}]'
+wrong ok modules 'GPIO is not needed: no stream uses lines'
+rm -r "$root/sys/module/usbcore" "$root/sys/bus/usb"
+wrong ok usb 'memory of usbfs is not needed'
 rm -r "$root/sys/bus/gpio"
 wrong problem modules 'the kernel has no GPIO chip' 'lsmod | grep -i gpio'
 
@@ -319,5 +347,5 @@ wrong ok cpu 'processors follow the load'
 unset DEXEL_DOCTOR_ROOT
 "$dexel" doctor >out 2>err
 [ $? -le 1 ] || fail "this machine: $(cat err)"
-grep -q 'problems, [0-9]* warnings$' out || fail 'this machine: no sum'
+grep -qE '^[0-9]+ problems?, [0-9]+ warnings?$' out || fail 'this machine: no sum'
 exit $bad
