@@ -44,7 +44,7 @@ struct dx_bench_args {
     "  --noise M        noise of the scan, metres (0.002)\n"                                       \
     "  --dropouts P     share of dexels without a return (0)\n"                                    \
     "  --threads N[,..] that work, up to four counts, measured in turn (1)\n"                      \
-    "  --rounds N       measured frames, odd (15; fewer of large sizes)\n"                         \
+    "  --rounds N       measured frames (15; fewer of large sizes)\n"                              \
     "  --json           one JSON object on standard output\n"                                      \
     "  --markdown       the tables as Markdown\n"
 

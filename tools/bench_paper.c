@@ -33,7 +33,7 @@ static const char help[] =
     "  --seed N      of directions and noise (1)\n"
     "  --keep KEEP   which sample a dexel keeps: centre|nearest|median|mean|first (centre)\n"
     "  --threads N   that compute tiles (1)\n"
-    "  --rounds N    measured, odd (5)\n"
+    "  --rounds N    measured (5)\n"
     "  --json        one JSON object on standard output\n";
 
 enum {

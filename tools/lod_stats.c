@@ -161,11 +161,15 @@ static uint64_t count_cracks(const struct edges *cut, const struct edges *whole)
 
 /* ---- distances ------------------------------------------------------------------------------- */
 
+/* Of a dexel. A sample on the edge of two triangles lies over both in the grid, and its beam meets
+ * one of them: at a crease the other's plane runs far from it. */
+enum seen { UNSEEN, BESIDE, MET, VERTEX };
+
 struct distances {
     const struct dx_terrain *terrain;
-    uint8_t *seen; /* by dexel: a vertex, or measured */
-    uint64_t n, n_triangles;
-    double most, sum;
+    uint8_t *seen; /* enum seen */
+    double *error; /* of those that were measured, in sigmas */
+    uint64_t n_triangles;
 };
 
 static void point_of(const struct dx_terrain *t, uint64_t dexel, double p[3])
@@ -179,13 +183,29 @@ static void point_of(const struct dx_terrain *t, uint64_t dexel, double p[3])
         p[k] = (double)x[k];
 }
 
-/* Of a dexel's sample from a triangle's plane along its beam, in sigmas of its range (a pinhole's
+static double det(const double a[3], const double b[3], const double c[3])
+{
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+           a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/* Whether the beam to q meets the triangle. */
+static bool meets(double p[3][3], const double q[3])
+{
+    const double whole = det(p[0], p[1], p[2]), least = -1e-9;
+
+    return det(q, p[1], p[2]) / whole >= least && det(p[0], q, p[2]) / whole >= least &&
+           det(p[0], p[1], q) / whole >= least;
+}
+
+/* Of a dexel's sample q from a triangle's plane along its beam, in sigmas of its range (a pinhole's
  * is the depth). */
-static double distance_of(const struct dx_terrain *t, double p[3][3], uint64_t dexel)
+static double distance_of(const struct dx_terrain *t, double p[3][3], uint64_t dexel,
+                          const double q[3])
 {
     const double *s = dx_terrain_params(t)->sigma, unit = (double)dx_terrain_geometry(t)->unit_m;
     const double r = unit * dx_plane_range(dx_terrain_published(t), dexel);
-    double u[3], v[3], n[3], q[3], along = 0, at = 0;
+    double u[3], v[3], n[3], along = 0, at = 0;
 
     for (int k = 0; k < 3; k++) {
         u[k] = p[1][k] - p[0][k];
@@ -194,7 +214,6 @@ static double distance_of(const struct dx_terrain *t, double p[3][3], uint64_t d
     n[0] = u[1] * v[2] - u[2] * v[1];
     n[1] = u[2] * v[0] - u[0] * v[2];
     n[2] = u[0] * v[1] - u[1] * v[0];
-    point_of(t, dexel, q);
     for (int k = 0; k < 3; k++) {
         at += n[k] * p[0][k];
         along += n[k] * q[k];
@@ -237,7 +256,22 @@ static void mark_corners(void *ctx, const struct corners *c)
 
     d->n_triangles++;
     for (int m = 0; m < 3; m++)
-        d->seen[dexel_at(dx_terrain_tiling(d->terrain), c->row[m], c->col[m])] = 1;
+        d->seen[dexel_at(dx_terrain_tiling(d->terrain), c->row[m], c->col[m])] = VERTEX;
+}
+
+/* The triangle that the beam meets counts, else the one whose plane is the nearest. */
+static void measure_dexel(struct distances *d, double p[3][3], uint64_t dexel)
+{
+    enum seen as;
+    double q[3], e;
+
+    point_of(d->terrain, dexel, q);
+    as = meets(p, q) ? MET : BESIDE;
+    e = distance_of(d->terrain, p, dexel, q);
+    if (as < d->seen[dexel] || (as == d->seen[dexel] && e >= d->error[dexel]))
+        return;
+    d->seen[dexel] = (uint8_t)as;
+    d->error[dexel] = e;
 }
 
 static void measure(void *ctx, const struct corners *c)
@@ -251,17 +285,26 @@ static void measure(void *ctx, const struct corners *c)
     for (int64_t i = least(c->row); i <= greatest(c->row); i++)
         for (int64_t j = least(c->col); j <= greatest(c->col); j++) {
             const uint64_t dexel = dexel_at(tiling, i, j);
-            double e;
 
-            if (d->seen[dexel] || !is_inside(c, i, j) ||
-                !dx_plane_range(dx_terrain_published(d->terrain), dexel))
-                continue;
-            d->seen[dexel] = 1;
-            e = distance_of(d->terrain, p, dexel);
-            d->most = e > d->most ? e : d->most;
-            d->sum += e * e;
-            d->n++;
+            if (d->seen[dexel] != VERTEX && is_inside(c, i, j) &&
+                dx_plane_range(dx_terrain_published(d->terrain), dexel))
+                measure_dexel(d, p, dexel);
         }
+}
+
+static void sum_up(struct dx_lod_stats *stats, const struct distances *d)
+{
+    const size_t n = dx_plane_n_dexels(dx_terrain_published(d->terrain));
+    double sum = 0;
+
+    for (size_t k = 0; k < n; k++) {
+        if (d->seen[k] != BESIDE && d->seen[k] != MET)
+            continue;
+        stats->left_out++;
+        stats->max_sigma = fmax(stats->max_sigma, d->error[k]);
+        sum += d->error[k] * d->error[k];
+    }
+    stats->rms_sigma = stats->left_out ? sqrt(sum / (double)stats->left_out) : 0;
 }
 
 /* ---- together -------------------------------------------------------------------------------- */
@@ -275,7 +318,8 @@ int dx_lod_stats_compute(struct dx_lod_stats *stats, const struct dx_terrain *t,
     int rc;
 
     d.seen = calloc(dx_plane_n_dexels(dx_terrain_published(t)), 1);
-    rc = d.seen ? walk_init(&w, t, level) : -ENOMEM;
+    d.error = calloc(dx_plane_n_dexels(dx_terrain_published(t)), sizeof(*d.error));
+    rc = d.seen && d.error ? walk_init(&w, t, level) : -ENOMEM;
     if (rc == 0)
         rc = walk_init(&all, t, (struct dx_lod_level){0});
     if (rc == 0)
@@ -285,15 +329,13 @@ int dx_lod_stats_compute(struct dx_lod_stats *stats, const struct dx_terrain *t,
     if (rc == 0) {
         walk_level(&w, mark_corners, &d);
         walk_level(&w, measure, &d);
-        *stats = (struct dx_lod_stats){.triangles = d.n_triangles,
-                                       .whole = whole.n / 3,
-                                       .left_out = d.n,
-                                       .max_sigma = d.most,
-                                       .rms_sigma = d.n ? sqrt(d.sum / (double)d.n) : 0,
-                                       .cracks = count_cracks(&cut, &whole)};
+        *stats = (struct dx_lod_stats){
+            .triangles = d.n_triangles, .whole = whole.n / 3, .cracks = count_cracks(&cut, &whole)};
+        sum_up(stats, &d);
     }
     free(cut.edge);
     free(whole.edge);
+    free(d.error);
     free(d.seen);
     walk_fini(&all);
     walk_fini(&w);

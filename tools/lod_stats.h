@@ -11,7 +11,7 @@ struct dx_lod_stats {
     uint64_t triangles, whole; /* of the level, of the whole mesh; without caps */
     uint64_t left_out;         /* samples under larger triangles, vertices of the whole mesh */
     double max_sigma,
-        rms_sigma;   /* of these, from the triangle along the beam, in sigmas in force */
+        rms_sigma;   /* of these, from the triangle that the beam meets, in sigmas in force */
     uint64_t cracks; /* edges of one triangle that are neither so in the whole mesh nor on the
                         border of the grid */
 };

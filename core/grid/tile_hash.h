@@ -10,7 +10,8 @@
 /* Codes of cells and struts; ranges, attributes, normals and points of used dexels. */
 uint64_t dx_tile_hash(const struct dx_tile *tile);
 
-/* The same of a tile that has nothing but codes and ranges, from what they were made of. */
+/* Of a tile that has nothing but codes and ranges, from what they were made of: another function of
+ * the same content. A terrain takes one of the two for all its tiles. */
 uint64_t dx_tile_hash_outcome(const struct dx_outcome *out, const struct dx_rules_scratch *made,
                               const struct dx_rows *rows);
 

@@ -86,8 +86,8 @@ static inline void find_valid(uint32_t *restrict valid, const struct points *p,
                               const double *length2)
 {
     for (uint32_t j = 0; j < POINTS; j++)
-        valid[j] = (fabs(p->x[j]) < 1e12) & (fabs(p->y[j]) < 1e12) & (fabs(p->z[j]) < 1e12) &
-                           (length2[j] > 1e-24)
+        valid[j] = ((fabs(p->x[j]) < 1e12) & (fabs(p->y[j]) < 1e12) & (fabs(p->z[j]) < 1e12) &
+                    (length2[j] > 1e-24))
                        ? UINT32_MAX
                        : 0;
 }
@@ -108,7 +108,7 @@ static inline void find_units(uint32_t *restrict units, const double *range, con
     for (uint32_t j = 0; j < POINTS; j++) {
         const double whole = sum[j] - WHOLE;
 
-        units[j] = (whole >= 1) & (whole <= limit) ? (uint32_t)bits[j] : 0;
+        units[j] = ((whole >= 1) & (whole <= limit)) ? (uint32_t)bits[j] : 0;
     }
     for (uint32_t j = 0; j < POINTS; j++)
         units[j] &= valid[j];
@@ -132,9 +132,10 @@ static uint64_t units_row(uint32_t units[DX_ROWS_CELLS], const double *xyz,
         range[j] = b->kind == DX_BEAMS_PINHOLE ? p.z[j] : sqrt(length2[j]);
     find_units(units, range, valid, unit_m, limit);
     for (uint32_t j = 0; j < POINTS; j++)
-        dropped[j] = (units[j] == 0) & (p.x[j] == p.x[j]) & (p.y[j] == p.y[j]) & (p.z[j] == p.z[j])
-                         ? UINT32_MAX
-                         : 0;
+        dropped[j] =
+            ((units[j] == 0) & (p.x[j] == p.x[j]) & (p.y[j] == p.y[j]) & (p.z[j] == p.z[j]))
+                ? UINT32_MAX
+                : 0;
     return (uint64_t)pack32(dropped, POINTS);
 }
 
@@ -165,9 +166,9 @@ static uint64_t on_beams_row(const double *xyz, const struct dx_row_beams *b, do
         const double z = p.x[j] * d.y[j] - p.y[j] * d.x[j];
         const double along = p.x[j] * d.x[j] + p.y[j] * d.y[j] + p.z[j] * d.z[j];
 
-        is[j] = (x * x + y * y + z * z < SINE2 * length2[j] * beam2[j]) & (along > 0) &
-                        (length2[j] > 1e-22) & (length2[j] < 1e22) & (range2[j] > near * near) &
-                        (range2[j] < far * far)
+        is[j] = ((x * x + y * y + z * z < SINE2 * length2[j] * beam2[j]) & (along > 0) &
+                 (length2[j] > 1e-22) & (length2[j] < 1e22) & (range2[j] > near * near) &
+                 (range2[j] < far * far))
                     ? UINT32_MAX
                     : 0;
     }

@@ -24,7 +24,7 @@ for f in $sources; do
   $cc $flags -c "$f" -o "$o"
   objects="$objects $o"
 done
-for t in ${TESTS:-terrain_rules terrain_any terrain_scenes terrain_updates terrain_seam simd fit_ranges estimator publish_sets chunk chunk_delta}; do
+for t in ${TESTS:-terrain_rules terrain_any terrain_scenes terrain_updates terrain_seam simd fit_ranges estimator publish_sets chunk chunk_delta digests lod lod_updates}; do
   # shellcheck disable=SC2086
   $cc $flags -static "tests/unit/test_$t.c" $objects -lm -o "$out/test_$t"
   echo "arm64: $t"

@@ -45,6 +45,15 @@ for level in sigma stride both; do
   [ $((2 * $(bytes $level))) -lt "$(bytes whole)" ] || wrong "$level: $(bytes $level) bytes, the whole mesh $(bytes whole)"
 done
 
+# Samples that are left out lie near the triangle that their beams meet, at creases too: middles are within the bound, and
+# departures add up over the levels.
+"$dexel" sim hall -o "$run/hall.pcd" --size 320x240
+for bound in 0.25 1; do
+  "$dexel" mesh "$run/hall.pcd" --stats --lod $bound >"$run/stats"
+  awk -F'"max_sigma": ' -v bound=$bound 'NF > 1 {seen = 1; if ($2 + 0 > 3 * bound) exit 1} END {exit !seen}' "$run/stats" ||
+    wrong "$bound sigma: $(cat "$run/stats")"
+done
+
 # what there is not
 refused() { # refused TEXT OPTION...
   text=$1

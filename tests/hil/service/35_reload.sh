@@ -26,7 +26,7 @@ sed -i 's/60x40/90x60/' $config
 systemctl reload dexeld.service
 is_wider() { status | grep -q '"width":90'; }
 await 60 is_wider
-await 60 is StatusText reloaded
+await 60 is StatusText '2 streams, 2 live; 2 clients'
 is_connected $hall && is_connected $room || wrong 'a subscriber has lost its connection'
 meshed --stream room
 
