@@ -5,6 +5,7 @@
 #include "core/grid/terrain_priv.h"
 #include "core/rows/rows.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Which rectangle of the grid a tile is, without its samples. */
@@ -48,6 +49,8 @@ static void gather_ranges(uint32_t *to, const struct dx_plane *p, size_t row,
     for (const struct dx_run *r = runs->run; r < runs->run + runs->n; r++)
         widen_ranges(to + r->at, (const uint16_t *)p->range + row + r->col, r->n);
 }
+
+static_assert(DX_ROWS_BLOCK == DX_BLOCK, "rows of the same columns");
 
 /* Most blocks are in the middle of the grid: whole rows of 16-bit ranges, and room behind them. */
 static bool gather_whole(uint32_t *to, const struct dx_plane *p, int64_t row0,

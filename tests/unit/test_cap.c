@@ -70,7 +70,7 @@ static void edges_as_long_as_the_cap_are_told_by_integers(void **state)
         dx_plane_fini(&p);
         dx_geometry_unref(g);
     }
-    assert_true(n_triangles > ROUNDS(5000));
+    assert_true(n_triangles > OF_ROUNDS(10000u, 500u));
 }
 
 /* Directions of lengths whose squares f32 holds, and not. */

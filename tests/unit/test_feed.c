@@ -455,7 +455,8 @@ static void test_model(void **state)
            (unsigned long long)n_seeds, (unsigned long long)seen.n_epochs,
            (unsigned long long)seen.n_batches, (unsigned long long)seen.n_short,
            (unsigned long long)seen.n_revoked);
-    assert_true(seen.n_short > n_seeds && 4 * seen.n_revoked > n_seeds);
+    /* the first seeds revoke less than the others */
+    assert_true(seen.n_short > n_seeds && (n_seeds < 2000 ? 4 : 2) * seen.n_revoked > n_seeds);
 }
 
 int main(void)
