@@ -2,12 +2,7 @@
 # What the service manager is told of the service, in a line: at the start, when streams and clients come, change and go, while a
 # reload is refused, and at the end. That the log says what was started.
 set -u
-. tests/daemon.sh
-dexel=$B/bin/dexel
-yaml=$run/dexeld.yaml
-sock=$run/mesh.sock
-bad=0
-wrong() { echo "wrong: $*"; bad=1; }
+. tests/configured.sh
 
 mkfifo "$run/told"
 "$B/tests/notified" "$run/notify" >"$run/told" &

@@ -2,12 +2,7 @@
 # A source that does not open (tests/faults; in the field a disk on the network): the log names it, at a start SIGTERM ends the
 # service all the same, and a reload that waits for it harms neither the streams that there are nor whoever asks for another.
 set -u
-. tests/daemon.sh
-dexel=$B/bin/dexel
-yaml=$run/dexeld.yaml
-sock=$run/mesh.sock
-bad=0
-wrong() { echo "wrong: $*"; bad=1; }
+. tests/configured.sh
 
 # config [FILE]: a stream `box`, and one that replays the file
 config() {

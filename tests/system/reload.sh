@@ -3,12 +3,7 @@
 # manager is told, what is refused and changes nothing, what counts from the next start only, and that reloads leave
 # nothing behind.
 set -u
-. tests/daemon.sh
-dexel=$B/bin/dexel
-yaml=$run/dexeld.yaml
-sock=$run/mesh.sock
-bad=0
-wrong() { echo "wrong: $*"; bad=1; }
+. tests/configured.sh
 
 top() { printf 'socket: %s\ncontrol_socket: %s.control\n' "$sock" "$sock"; }
 # stream NAME SYNTHETIC...

@@ -2,12 +2,7 @@
 # A reload while a reader hangs in a decode (tests/faults): its stream is left, the others go on, a new one takes its name, and the
 # service ends all the same.
 set -u
-. tests/daemon.sh
-dexel=$B/bin/dexel
-yaml=$run/dexeld.yaml
-sock=$run/mesh.sock
-bad=0
-wrong() { echo "wrong: $*"; bad=1; }
+. tests/configured.sh
 
 # config STREAM...
 config() {
