@@ -16,7 +16,7 @@
 struct span {
     uint64_t start, end; /* log times */
     bool is_empty;
-    bool damage_told;
+    bool damage_told, geometry_told;
 };
 
 struct dx_playlist {
@@ -418,12 +418,37 @@ int dx_playlist_seek(struct dx_playlist *p, uint64_t time, struct dx_err *err)
     return 0;
 }
 
+/* Of the open file; once, however often it is played. */
+static void tell_geometry(struct dx_playlist *p, const char *text)
+{
+    struct span *span = &p->spans[p->file];
+
+    if (!span->geometry_told)
+        report(
+            p,
+            "%s: the geometry of its frames is damaged, what the configuration says is taken: %s",
+            p->list.paths[p->file], text);
+    span->geometry_told = true;
+}
+
 bool dx_playlist_geometry(struct dx_playlist *p, uint64_t time, struct dx_geometry **g,
                           uint8_t *attr_bytes)
 {
     const struct dx_mcap_item_index *item = find(p, DX_RECORDING_GEOMETRY, time);
     struct dx_mcap_attachment a;
+    struct dx_err err = {""};
+    int rc;
 
-    return item && dx_mcap_reader_read_attachment(p->reader, item, &a, NULL) == 0 &&
-           dx_recording_get_geometry(g, attr_bytes, a.data.p, a.data.len) == 0;
+    if (!item)
+        return false;
+    rc = dx_mcap_reader_read_attachment(p->reader, item, &a, &err);
+    if (rc == 0) {
+        rc = dx_recording_get_geometry(g, attr_bytes, a.data.p, a.data.len);
+        if (rc)
+            dx_err_set(&err, rc, "byte %llu: %s", (unsigned long long)item->record.offset,
+                       rc == -ENOMEM ? "no memory" : "no geometry");
+    }
+    if (rc)
+        tell_geometry(p, err.text);
+    return rc == 0;
 }

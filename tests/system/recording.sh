@@ -78,6 +78,17 @@ start_dexeld --replay "$last" --rate max --socket "$sock"
 catch tail
 stop_dexeld
 same tail 0 "$n" $((frames - n))
+# its geometry damaged: that is told, once, and with its place
+cp "$last" "$run/bent.mcap"
+type=application/x-dexel-geometry
+at=$(($(grep -abo -m 1 $type "$run/bent.mcap" | head -n 1 | cut -d : -f 1) + ${#type} + 8 + 20)) # behind the length of its data
+printf '\377' | dd of="$run/bent.mcap" bs=1 seek=$at conv=notrunc 2>"$run/err" || wrong "$(cat "$run/err")"
+start_dexeld --replay "$run/bent.mcap" --rate max --socket "$sock"
+catch bent
+stop_dexeld
+[ "$(grep -c 'bent.mcap: the geometry of its frames is damaged, .*: byte [0-9]*: attachment: CRC' "$run/dexeld.log")" = 1 ] ||
+  wrong "a damaged geometry was not told"
+grep -q "\"commits\": $n, " "$run/bent.json" || wrong "bent: $(cat "$run/bent.json")"
 
 # ---- steps, seek, and on to the end
 start_dexeld --replay "$one" --rate max --socket "$sock"
