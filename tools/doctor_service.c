@@ -44,6 +44,20 @@ static int connect_once(const char *path)
     return r == -EAGAIN ? 0 : r; /* its queue is full: it is there */
 }
 
+/* The service's group, where the socket is of it; else who started the service by hand may. */
+static void tell_refused(struct dx_doctor *d, const char *path, const struct stat *st,
+                         const char *group)
+{
+    char mend[160];
+    gid_t gid;
+
+    if (dx_doctor_group(d, group, &gid) && st->st_gid == gid)
+        snprintf(mend, sizeof(mend), "sudo adduser %s %s && newgrp %s", d->me.name, group, group);
+    else
+        snprintf(mend, sizeof(mend), "sudo -u '#%u' dexel status", (unsigned)st->st_uid);
+    dx_doctor_tell(d, DX_DOCTOR_WARNING, mend, "%s: %s may not connect", path, d->me.name);
+}
+
 /* Whose it is to be: of a service of systemd; one that was started by hand is its user's. */
 static void look_at_owner(struct dx_doctor *d, const char *path, const struct stat *st,
                           const char *group)
@@ -60,8 +74,7 @@ static void look_at_owner(struct dx_doctor *d, const char *path, const struct st
         dx_doctor_tell(d, DX_DOCTOR_WARNING, mend, "%s is of the group %s, not of %s", path,
                        dx_doctor_group_name(d, st->st_gid, name, sizeof(name)), group);
     } else if (!dx_doctor_may_open(&d->me, st)) {
-        snprintf(mend, sizeof(mend), "sudo adduser %s %s && newgrp %s", d->me.name, group, group);
-        dx_doctor_tell(d, DX_DOCTOR_WARNING, mend, "%s: %s may not connect", path, d->me.name);
+        tell_refused(d, path, st, group);
     }
 }
 

@@ -153,6 +153,13 @@ finds warning sockets 'control.sock is of the group dexeld, not of dexel-admin' 
 groups "dexel=$gid:alice"
 doctor 0
 finds warning sockets '/run/dexeld/mesh.sock: alice may not connect' 'sudo adduser alice dexel && newgrp dexel'
+# one that was started by hand, where no service is installed
+sed -i.whole /^dexeld:/d "$root/etc/passwd"
+groups dexel=2001:alice
+doctor 1
+finds warning sockets '/run/dexeld/mesh.sock: alice may not connect' "sudo -u '#$(id -u)' dexel status"
+mv "$root/etc/passwd.whole" "$root/etc/passwd"
+groups "dexel=$gid:alice"
 chmod 666 "$root/run/dexeld/mesh.sock"
 doctor 0
 finds warning sockets 'has mode 0666: everybody may connect' 'sudo chmod 0660 /run/dexeld/mesh.sock'
