@@ -61,6 +61,8 @@ offers 'f32 q16 delta' "$dexel" cat --encoding ''
 offers 'centre nearest median mean first' "$dexel" mesh --keep ''
 offers 'terrain project delaunay smooth' "$dexel" mesh --mode ''
 offers 'project' "$dexel" mesh --mode p
+offers 'terrain project delaunay smooth' "$dexel" mesh --mode =
+offers 'project' "$dexel" mesh --mode = p
 offers 'scanner front iso' "$dexel" render --view ''
 offers 'plane quadric' "$dexel" mesh --mode smooth --fit ''
 offers '' "$dexel" cat --frames ''
@@ -76,6 +78,7 @@ mkdir folder
 : >'z scan.pcd'
 [ "$(complete "$dexel" mesh z)" = 'z scan.pcd' ] || fail "a file: $(complete "$dexel" mesh z)"
 offers 'scan.pcd' "$dexel" mesh s
+offers 'scan.pcd' "$dexel" mesh --keep = mean s
 offers '' "$dexel" mesh scan.pcd s
 offers 'folder' "$dexel" mesh scan.pcd -o f
 offers 'scan.pcd' "$dexel" convert --frame 2 s
@@ -96,6 +99,7 @@ YAML
 start_dexeld -c two.yaml || exit 1
 offers 'hall roof' "$dexel" cat --socket "$run/mesh.sock" --stream ''
 offers 'roof' "$dexel" record start --socket "$run/mesh.sock.control" --stream r
+offers roof "$dexel" cat --socket = "$run/mesh.sock" --stream = r
 stop_dexeld
 offers '' "$dexel" cat --socket "$run/mesh.sock" --stream ''
 exit $bad
