@@ -5,15 +5,9 @@
  */
 #include "tools/bench.h"
 
-#include "tools/args.h"
-#include "tools/bench_args.h"
 #include "tools/bench_frame.h"
+#include "tools/bench_sizes.h"
 #include "tools/now.h"
-
-#include <errno.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 static const char help[] =
     "usage: dexel bench rules [OPTIONS]\n"
@@ -63,8 +57,10 @@ static struct dx_terrain_params params_of(enum step step)
     return p;
 }
 
-static void bench_fini(struct bench *b)
+static void bench_fini(void *bench)
 {
+    struct bench *b = bench;
+
     for (int k = 0; k < DX_BENCH_THREADS; k++)
         dx_pool_free(b->pool[k]);
     for (enum step s = 0; s < N_STEPS; s++)
@@ -72,8 +68,9 @@ static void bench_fini(struct bench *b)
     dx_bench_frames_fini(&b->frames);
 }
 
-static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_bench_size size)
+static int bench_init(void *bench, const struct dx_bench_args *a, struct dx_bench_size size)
 {
+    struct bench *b = bench;
     int r = dx_bench_frames_init(&b->frames, a, size);
 
     b->args = a;
@@ -88,8 +85,10 @@ static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_
     return r;
 }
 
-static void run_round(struct bench *b, uint32_t round)
+static void run_round(void *bench, uint32_t round)
 {
+    struct bench *b = bench;
+
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
         const struct dx_plane *frame = &b->frames.plane[b->n_frames++ & 1];
 
@@ -105,8 +104,9 @@ static void run_round(struct bench *b, uint32_t round)
     }
 }
 
-static void tell(struct dx_report_table *t, const struct bench *b, struct dx_bench_size size)
+static void tell(const void *bench, struct dx_report_table *t, struct dx_bench_size size)
 {
+    const struct bench *b = bench;
     double n = (double)size.width * size.height;
 
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
@@ -120,25 +120,14 @@ static void tell(struct dx_report_table *t, const struct bench *b, struct dx_ben
     }
 }
 
-static int run_size(const struct dx_bench_args *a, struct dx_bench_size size,
-                    struct dx_report_table *table)
-{
-    struct bench *b = calloc(1, sizeof(*b));
-    int r = b ? bench_init(b, a, size) : -ENOMEM;
-
-    if (r < 0) {
-        fprintf(stderr, "dexel bench rules: %ux%u: %s\n", size.width, size.height, strerror(-r));
-    } else {
-        run_round(b, 0); /* warm: gates, pages, caches */
-        for (uint32_t k = 0; k < b->n_rounds; k++)
-            run_round(b, k);
-        tell(table, b, size);
-    }
-    if (b)
-        bench_fini(b);
-    free(b);
-    return r;
-}
+static const struct dx_bench_kind bench_kind = {
+    .command = &command,
+    .len = sizeof(struct bench),
+    .fini = bench_fini,
+    .init = bench_init,
+    .round = run_round,
+    .tell = tell,
+};
 
 int dx_bench_rules(int argc, char **argv)
 {
@@ -151,15 +140,6 @@ int dx_bench_rules(int argc, char **argv)
             "fixed diagonals),\nthen with one rule more in each column; the default rules end "
             "with *bridge*. Medians.",
         .columns = columns};
-    struct dx_bench_args a;
-    struct dx_report report;
-    int r = dx_bench_args_parse(&a, &command, argc, argv);
 
-    if (r != 0)
-        return r == DX_ARG_E_HELP ? 0 : 2;
-    dx_report_init(&report, a.format, command.name, argc, argv);
-    for (uint32_t k = 0; r == 0 && k < a.n_sizes; k++)
-        r = run_size(&a, a.size[k], &table);
-    dx_report_table(&report, &table);
-    return dx_report_close(&report) < 0 || r < 0 ? 1 : 0;
+    return dx_bench_sizes(&bench_kind, &table, 1, argc, argv);
 }

@@ -6,18 +6,15 @@
 #include "tools/bench.h"
 
 #include "tools/alloc_count.h"
-#include "tools/args.h"
 #include "tools/bench_apart.h"
-#include "tools/bench_args.h"
 #include "tools/bench_frame.h"
 #include "tools/bench_ingest.h"
+#include "tools/bench_sizes.h"
 #include "tools/bench_smooth.h"
 #include "tools/now.h"
 
 #include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 
 static const char help[] =
@@ -105,8 +102,10 @@ static double run_stage(struct bench *b, enum stage stage, struct dx_pool *pool)
     return dx_seconds_since(start);
 }
 
-static void run_round(struct bench *b, uint32_t round)
+static void run_round(void *bench, uint32_t round)
 {
+    struct bench *b = bench;
+
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
         struct lane *lane = &b->lane[k];
         uint64_t before = dx_alloc_count();
@@ -130,8 +129,9 @@ static double peak_resident_bytes(void)
 }
 
 /* Gates, pages, caches. Errors: -ENOMEM. */
-static int warm(struct bench *b)
+static int warm(void *bench)
 {
+    struct bench *b = bench;
     const bool apart = wants(b, APART);
     int r = 0;
 
@@ -152,8 +152,10 @@ static int warm(struct bench *b)
 /* ---- putting it together ----------------------------------------------------------------------
  */
 
-static void bench_fini(struct bench *b)
+static void bench_fini(void *bench)
 {
+    struct bench *b = bench;
+
     for (int k = 0; k < DX_BENCH_THREADS; k++)
         dx_pool_free(b->lane[k].pool);
     dx_bench_apart_fini(&b->apart);
@@ -165,8 +167,9 @@ static void bench_fini(struct bench *b)
     dx_bench_frames_fini(&b->frames);
 }
 
-static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_bench_size size)
+static int bench_init(void *bench, const struct dx_bench_args *a, struct dx_bench_size size)
 {
+    struct bench *b = bench;
     struct dx_terrain_params params;
     int r = dx_bench_frames_init(&b->frames, a, size);
 
@@ -326,65 +329,52 @@ static void tell_frames(struct dx_report_table *t, const struct bench *b, struct
     }
 }
 
-static int run_size(const struct dx_bench_args *a, struct dx_bench_size size,
-                    struct dx_report_table *stages, struct dx_report_table *frames)
+static void tell(const void *bench, struct dx_report_table *tables, struct dx_bench_size size)
 {
-    struct bench *b = calloc(1, sizeof(*b));
-    int r = b ? bench_init(b, a, size) : -ENOMEM;
+    const struct bench *b = bench;
+    struct dx_report_table *frames = &tables[1];
 
-    if (r == 0)
-        r = warm(b);
-    if (r < 0) {
-        fprintf(stderr, "dexel bench: %ux%u: %s\n", size.width, size.height, strerror(-r));
-    } else {
-        for (uint32_t k = 0; k < b->n_rounds; k++)
-            run_round(b, k);
-        tell_stages(stages, b, size);
-        tell_frames(frames, b, size);
-        json_object_set_new(json_array_get(frames->rows, json_array_size(frames->rows) - 1),
-                            "resident_bytes", json_real(b->resident_bytes));
-    }
-    if (b)
-        bench_fini(b);
-    free(b);
-    return r;
+    tell_stages(&tables[0], b, size);
+    tell_frames(frames, b, size);
+    json_object_set_new(json_array_get(frames->rows, json_array_size(frames->rows) - 1),
+                        "resident_bytes", json_real(b->resident_bytes));
 }
+
+static const struct dx_bench_kind bench_kind = {
+    .command = &command,
+    .len = sizeof(struct bench),
+    .fini = bench_fini,
+    .init = bench_init,
+    .warm = warm,
+    .round = run_round,
+    .tell = tell,
+};
 
 int dx_bench_stages(int argc, char **argv)
 {
-    struct dx_report_table stages = {
-        .name = "stages",
-        .title = "The stages of a frame, ns a dexel",
-        .text =
-            "Medians. *publish* takes a frame over where it differs; *mean* and *median3* publish "
-            "through a\nfilter over frames instead, *smooth* is what smoothing would add; *codes* "
-            "decides the mesh by\nall rules, *f32*, *q16* and *delta* make the chunks of all "
-            "tiles; "
-            "beside them the bytes a\ndexel of those, and allocations in a round. Every tile "
-            "changes "
-            "in every frame.",
-        .columns = stage_columns};
-    struct dx_report_table frames = {
-        .name = "frames",
-        .title = "Whole frames",
-        .text = "From ranges in memory to the chunks of all tiles: the stages together. *copy* is "
-                "what\n`memcpy` reads and writes in the same rounds, by as many threads; *of copy* "
-                "is the time that\nthe bytes of the frame would take at that speed (its ranges and "
-                "codes through the three\nstages, and the chunks), as a share of the time it took. "
-                "*times*: by how much it is faster than\nwith one thread; *apart*: the same of "
-                "as many threads that share nothing, each with a frame of\nits own, which is "
-                "the most that these processors could give in the same rounds.",
-        .columns = frame_columns};
-    struct dx_bench_args a;
-    struct dx_report report;
-    int r = dx_bench_args_parse(&a, &command, argc, argv);
+    struct dx_report_table tables[] = {
+        {.name = "stages",
+         .title = "The stages of a frame, ns a dexel",
+         .text =
+             "Medians. *publish* takes a frame over where it differs; *mean* and *median3* publish "
+             "through a\nfilter over frames instead, *smooth* is what smoothing would add; *codes* "
+             "decides the mesh by\nall rules, *f32*, *q16* and *delta* make the chunks of all "
+             "tiles; "
+             "beside them the bytes a\ndexel of those, and allocations in a round. Every tile "
+             "changes "
+             "in every frame.",
+         .columns = stage_columns},
+        {.name = "frames",
+         .title = "Whole frames",
+         .text =
+             "From ranges in memory to the chunks of all tiles: the stages together. *copy* is "
+             "what\n`memcpy` reads and writes in the same rounds, by as many threads; *of copy* "
+             "is the time that\nthe bytes of the frame would take at that speed (its ranges and "
+             "codes through the three\nstages, and the chunks), as a share of the time it took. "
+             "*times*: by how much it is faster than\nwith one thread; *apart*: the same of "
+             "as many threads that share nothing, each with a frame of\nits own, which is "
+             "the most that these processors could give in the same rounds.",
+         .columns = frame_columns}};
 
-    if (r != 0)
-        return r == DX_ARG_E_HELP ? 0 : 2;
-    dx_report_init(&report, a.format, command.name, argc, argv);
-    for (uint32_t k = 0; r == 0 && k < a.n_sizes; k++)
-        r = run_size(&a, a.size[k], &stages, &frames);
-    dx_report_table(&report, &stages);
-    dx_report_table(&report, &frames);
-    return dx_report_close(&report) < 0 || r < 0 ? 1 : 0;
+    return dx_bench_sizes(&bench_kind, tables, 2, argc, argv);
 }

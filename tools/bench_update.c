@@ -4,14 +4,11 @@
  */
 #include "tools/bench.h"
 
-#include "tools/args.h"
-#include "tools/bench_args.h"
 #include "tools/bench_frame.h"
+#include "tools/bench_sizes.h"
 #include "tools/now.h"
 
-#include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static const char help[] =
@@ -105,8 +102,10 @@ static void patch(struct bench *b)
 /* ---- putting it together ----------------------------------------------------------------------
  */
 
-static void bench_fini(struct bench *b)
+static void bench_fini(void *bench)
 {
+    struct bench *b = bench;
+
     for (int k = 0; k < DX_BENCH_THREADS; k++)
         dx_pool_free(b->pool[k]);
     dx_bench_encoder_free(b->encoder);
@@ -115,8 +114,9 @@ static void bench_fini(struct bench *b)
     dx_bench_frames_fini(&b->frames);
 }
 
-static int bench_init(struct bench *b, const struct dx_bench_args *a, struct dx_bench_size size)
+static int bench_init(void *bench, const struct dx_bench_args *a, struct dx_bench_size size)
 {
+    struct bench *b = bench;
     struct dx_terrain_params params;
     unsigned most = 1;
     int r = dx_bench_frames_init(&b->frames, a, size);
@@ -168,8 +168,10 @@ static void take(struct bench *b, const struct dx_plane *frame, enum kind kind, 
         b->n_changed = n_changed;
 }
 
-static void run_round(struct bench *b, uint32_t round)
+static void run_round(void *bench, uint32_t round)
 {
+    struct bench *b = bench;
+
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
         dx_terrain_publish(b->terrain, &b->frames.plane[0], 0, b->patched.width, b->pool[k]);
         dx_terrain_commit(b->terrain, b->pool[k]);
@@ -199,8 +201,9 @@ static void set_real(json_t *row, const char *encoding, const char *what, double
     json_object_set_new(row, key, json_real(value));
 }
 
-static void tell(struct dx_report_table *t, const struct bench *b, struct dx_bench_size size)
+static void tell(const void *bench, struct dx_report_table *t, struct dx_bench_size size)
 {
+    const struct bench *b = bench;
     uint32_t n_tiles = dx_tiling_n_tiles(dx_terrain_tiling(b->terrain));
 
     for (uint32_t k = 0; k < b->args->n_threads; k++) {
@@ -222,25 +225,14 @@ static void tell(struct dx_report_table *t, const struct bench *b, struct dx_ben
     }
 }
 
-static int run_size(const struct dx_bench_args *a, struct dx_bench_size size,
-                    struct dx_report_table *table)
-{
-    struct bench *b = calloc(1, sizeof(*b));
-    int r = b ? bench_init(b, a, size) : -ENOMEM;
-
-    if (r < 0) {
-        fprintf(stderr, "dexel bench update: %ux%u: %s\n", size.width, size.height, strerror(-r));
-    } else {
-        run_round(b, 0); /* warm: gates, pages, caches */
-        for (uint32_t k = 0; k < b->n_rounds; k++)
-            run_round(b, k);
-        tell(table, b, size);
-    }
-    if (b)
-        bench_fini(b);
-    free(b);
-    return r;
-}
+static const struct dx_bench_kind bench_kind = {
+    .command = &command,
+    .len = sizeof(struct bench),
+    .fini = bench_fini,
+    .init = bench_init,
+    .round = run_round,
+    .tell = tell,
+};
 
 int dx_bench_update(int argc, char **argv)
 {
@@ -252,15 +244,6 @@ int dx_bench_update(int argc, char **argv)
             "full\nframe's, of which every tile changes. Medians; both in turn. All ranges of a "
             "frame are looked at\neither way.",
         .columns = columns};
-    struct dx_bench_args a;
-    struct dx_report report;
-    int r = dx_bench_args_parse(&a, &command, argc, argv);
 
-    if (r != 0)
-        return r == DX_ARG_E_HELP ? 0 : 2;
-    dx_report_init(&report, a.format, command.name, argc, argv);
-    for (uint32_t k = 0; r == 0 && k < a.n_sizes; k++)
-        r = run_size(&a, a.size[k], &table);
-    dx_report_table(&report, &table);
-    return dx_report_close(&report) < 0 || r < 0 ? 1 : 0;
+    return dx_bench_sizes(&bench_kind, &table, 1, argc, argv);
 }
