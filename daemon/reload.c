@@ -20,6 +20,7 @@ enum phase {
     IDLE,
     PLANNING, /* beside the loop: the plan is the helper's, and so is the report */
     SETTLING, /* beside the loop: the streams of the plan are the helper's, and so is `left` */
+    TELLING,  /* whoever is answered may ask for the next one at once: it has to wait */
 };
 
 struct dx_reload {
@@ -109,10 +110,11 @@ static void log_report(const struct dx_reload_report *report)
 
 static void finish(struct dx_reload *r)
 {
-    r->phase = IDLE;
+    r->phase = TELLING;
     log_report(&r->report);
     dx_notify_reloaded(r->o.server, r->report.is_refused ? &r->report.err : NULL);
     dx_control_reloaded(r->o.server, r->number, &r->report);
+    r->phase = IDLE;
     if (r->again)
         begin(r);
 }

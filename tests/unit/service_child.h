@@ -208,8 +208,9 @@ static inline int begin_asking(const struct place *p, const char *request)
     return -1;
 }
 
-/* The answer, up to the end of its first line; NULL: turned away. Valid until the next one. */
-static inline const char *hear(int fd, const char *request)
+/* The next line of answer; NULL: turned away. Valid until the next one. A byte at a time, so that
+ * what follows stays where it is. */
+static inline const char *hear_next(int fd, const char *request)
 {
     static char answer[1 << 16];
     struct pollfd pfd = {fd, POLLIN, 0};
@@ -219,13 +220,21 @@ static inline const char *hear(int fd, const char *request)
     while (fd >= 0 && n > 0 && (len == 0 || answer[len - 1] != '\n') && len < sizeof(answer) - 1) {
         if (poll(&pfd, 1, PATIENCE_MS) == 0)
             fail_msg("left without an answer: %.60s", request);
-        n = recv(fd, answer + len, sizeof(answer) - 1 - len, 0);
+        n = recv(fd, answer + len, 1, 0);
         len += n > 0 ? (size_t)n : 0;
     }
-    if (fd >= 0)
-        close(fd);
     answer[len] = '\0';
     return len ? answer : NULL;
+}
+
+/* The same, and the last thing that is heard. */
+static inline const char *hear(int fd, const char *request)
+{
+    const char *answer = hear_next(fd, request);
+
+    if (fd >= 0)
+        close(fd);
+    return answer;
 }
 
 static inline const char *ask(const struct place *p, const char *request)

@@ -48,23 +48,47 @@ static pid_t start_on_pipe(const struct place *p)
     return pid;
 }
 
+static void expect_reloaded(const char *answer)
+{
+    assert_non_null(answer);
+    assert_non_null(strstr(answer, "\"unchanged\":[\"hall\"]"));
+}
+
 static void one_more_comes_after_the_first(void **state)
 {
     const struct place *p = *state;
     const pid_t pid = start_on_pipe(p);
     const int first = begin_asking(p, RELOAD), file = await_reader(p);
     const int second = begin_asking(p, RELOAD);
-    const char *answer;
 
     assert_non_null(ask(p, "{\"request\":\"status\"}\n")); /* the second was taken before this */
     give(file);
-    answer = hear(first, RELOAD);
-    assert_non_null(answer);
-    assert_non_null(strstr(answer, "\"unchanged\":[\"hall\"]"));
+    expect_reloaded(hear(first, RELOAD));
     give(await_reader(p)); /* it is read again */
-    answer = hear(second, RELOAD);
-    assert_non_null(answer);
-    assert_non_null(strstr(answer, "\"unchanged\":[\"hall\"]"));
+    expect_reloaded(hear(second, RELOAD));
+    kill(pid, SIGTERM);
+    await_end(pid, 0);
+    assert_int_equal(p->outcome->result, 0);
+}
+
+/* Two who ask for the next reload in the same write: each asks as soon as it is answered, while
+ * the reload that has just ended is still being told. One more serves both. */
+static void those_who_are_answered_ask_for_the_next(void **state)
+{
+    const struct place *p = *state;
+    const pid_t pid = start_on_pipe(p);
+    const int first = begin_asking(p, RELOAD), file = await_reader(p);
+    const int second = begin_asking(p, RELOAD RELOAD), third = begin_asking(p, RELOAD RELOAD);
+
+    assert_non_null(ask(p, "{\"request\":\"status\"}\n")); /* they were taken before this */
+    give(file);
+    expect_reloaded(hear(first, RELOAD));
+    give(await_reader(p));
+    expect_reloaded(hear_next(second, RELOAD));
+    expect_reloaded(hear_next(third, RELOAD));
+    give(await_reader(p));
+    expect_reloaded(hear(second, RELOAD));
+    expect_reloaded(hear(third, RELOAD));
     kill(pid, SIGTERM);
     await_end(pid, 0);
     assert_int_equal(p->outcome->result, 0);
@@ -88,6 +112,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(one_more_comes_after_the_first, make_place, remove_place),
+        cmocka_unit_test_setup_teardown(those_who_are_answered_ask_for_the_next, make_place,
+                                        remove_place),
         cmocka_unit_test_setup_teardown(the_end_does_not_wait_for_the_file, make_place,
                                         remove_place),
     };
