@@ -92,6 +92,7 @@ static int on_subscribed(struct dexel *d, const struct message *m)
     if (d->told.encoding != d->asked.encoding || d->told.mode != d->asked.mode ||
         !dx_lod_same(d->told.lod, d->asked.lod))
         return refuse(d, "SUBSCRIBED with another encoding, mode or level than asked for");
+    dx_reconnect_served(d);
     d->stream = m->header.stream;
     dx_tiling_init(&d->tiling, d->told.height, d->told.width, d->told.wrap);
     r = dx_session_begin_geometry(d);

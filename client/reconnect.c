@@ -108,7 +108,12 @@ int dx_reconnect_welcomed(struct dexel *d)
 {
     const bool was_lost = d->again.is_lost;
 
-    d->again.n_tries = 0;
-    d->again.is_told = d->again.is_lost = false;
+    d->again.is_lost = false;
     return was_lost && d->callbacks.reset ? d->callbacks.reset(d->user, "a new connection") : 0;
+}
+
+void dx_reconnect_served(struct dexel *d)
+{
+    d->again.n_tries = 0;
+    d->again.is_told = false;
 }

@@ -14,7 +14,7 @@ struct dexel;
 struct dx_reconnect {
     int poll_fd, timer_fd; /* -1: not asked for */
     char path[108];        /* of the service */
-    uint32_t n_tries;      /* since a service answered */
+    uint32_t n_tries;      /* since a service served us */
     bool is_lost;          /* the mesh that is held was of a connection that is no more */
     bool is_told;          /* that there is none */
 };
@@ -30,5 +30,9 @@ int dx_reconnect_dispatch(struct dexel *d);
 
 /* The server has welcomed us: the mesh of the connection before is void. A callback's value. */
 int dx_reconnect_welcomed(struct dexel *d);
+
+/* It has taken the subscription. One that is full welcomes us as well, to say that: tries go on
+ * getting rarer then. */
+void dx_reconnect_served(struct dexel *d);
 
 #endif
