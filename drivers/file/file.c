@@ -118,6 +118,16 @@ static int open_decoder(struct dx_device **out, const void *config, struct dx_er
     return 0;
 }
 
+/* A source of which no file can be a recording was not meant: it is refused before anything else is
+ * given up for it. */
+static int check_files(const struct dx_file_list *list, struct dx_err *err)
+{
+    for (size_t k = 0; k < list->n; k++)
+        if (dx_format_may_be(list->paths[k]))
+            return 0;
+    return dx_err_set(err, -EBADMSG, "%s: " NO_FORMAT, list->paths[0]);
+}
+
 static int file_open(struct dx_device **out, const void *config, struct dx_err *err)
 {
     const struct dx_file_config *c = config;
@@ -127,6 +137,8 @@ static int file_open(struct dx_device **out, const void *config, struct dx_err *
     if (rc)
         return rc;
     rc = dx_file_list_init(&dev->list, c->path, err);
+    if (rc == 0)
+        rc = check_files(&dev->list, err);
     if (rc) {
         file_close(dev);
         return rc;

@@ -77,4 +77,8 @@ bool dx_format_has_ext(const char *path, const char *ext);
 /* The name is that of some format's files. */
 bool dx_format_knows_name(const char *path);
 
+/* May the file be a recording, by its name or else by how it begins? Yes as well when that cannot
+ * be told without more ado: it is packed, or cannot be read. */
+bool dx_format_may_be(const char *path);
+
 #endif

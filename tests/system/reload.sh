@@ -63,6 +63,8 @@ says 1 "$yaml: No such file"
 { cat "$run/good.yaml"; stream more "$box"; printf '  - name: scan\n    file: {path: %s/none.pcd}\n' "$run"; } >"$yaml"
 says 1 "$yaml:10: stream scan: "
 "$dexel" cat --socket "$sock" --stream more --frames 1 --quiet 2>/dev/null && wrong "a refused reload added a stream"
+sed -i "s|none.pcd|dexeld.log|" "$yaml" # it is there, and is no scan
+says 1 "$yaml:10: stream scan: $run/dexeld.log: neither PTX nor PCD nor MCAP"
 frames hup
 cp "$run/good.yaml" "$yaml"
 says 0 "0 added"

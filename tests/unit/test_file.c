@@ -134,6 +134,18 @@ static void replays_all_scans_of_a_file(void **state)
     remove_folder(folder);
 }
 
+static void expect_refused(const char *folder, const char *name, const char *text)
+{
+    char *path = path_in(folder, name);
+    struct dx_file_config config = file_config(path);
+    struct dx_device *dev = NULL;
+    struct dx_err err = {""};
+
+    assert_int_equal(dx_file_driver.open(&dev, &config, &err), -EBADMSG);
+    assert_non_null(strstr(err.text, text));
+    free(path);
+}
+
 static void says_what_is_no_recording(void **state)
 {
     char *folder = make_folder();
@@ -143,11 +155,14 @@ static void says_what_is_no_recording(void **state)
 
     (void)state;
     write_file(folder, "notes.txt", "text\n", 5);
-    dev = open_path(folder, "notes.txt");
+    expect_refused(folder, "notes.txt", "notes.txt: neither PTX nor PCD nor MCAP");
+    add_scan(&b, 0, 2, 0);
+    write_file(folder, "scan.txt", b.bytes, b.len);
+    dev = open_path(folder, "*.txt"); /* one of them is */
     expect_step(dev, &k, DX_DRIVER_E_CORRUPT, "notes.txt: neither PTX nor PCD nor MCAP");
+    expect_step(dev, &k, 0, "");
     expect_step(dev, &k, DX_DRIVER_E_EOF, "");
     close_device(dev);
-    add_scan(&b, 0, 2, 0);
     buffer_print(&b, "rubbish\n");
     write_file(folder, "a.ptx", b.bytes, b.len);
     dev = open_path(folder, "a.ptx");
