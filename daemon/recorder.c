@@ -164,17 +164,22 @@ static void tell_trouble(struct dx_recorder *r, int rc)
                  r->path[0] ? r->path : "no file", strerror(-rc));
 }
 
-/* All that waited is written. */
+/* All that waited is written, or was given up as the recording was stopped. */
 static void tell_recovery(struct dx_recorder *r)
 {
-    uint64_t n = dx_get(&r->n_dropped);
+    uint64_t n = dx_recorder_n_lost(r), lost = n - r->lost_before;
     int error = atomic_exchange_explicit(&r->error, 0, memory_order_relaxed);
 
     if (!atomic_load_explicit(&r->told, memory_order_relaxed) && !error)
         return;
     if (r->opening != DX_OPEN_NOT)
         dx_log_info("recorder", "%s: recording goes on, %llu blocks were lost", r->config.name,
-                    (unsigned long long)(n - r->lost_before));
+                    (unsigned long long)lost);
+    else if (lost)
+        dx_log_warning("recorder", "%s: recording was stopped, %llu blocks were lost",
+                       r->config.name, (unsigned long long)lost);
+    if (!r->path_is_made) /* there never was a file, and nobody waits for it now */
+        dx_recorder_set_path(r, "");
     r->lost_before = n;
     atomic_store_explicit(&r->told, false, memory_order_relaxed);
 }
@@ -299,7 +304,7 @@ void dx_recorder_status(struct dx_recorder *r, struct dx_recorder_status *out)
         .writing = atomic_load_explicit(&r->writing, memory_order_relaxed),
         .error = atomic_load_explicit(&r->error, memory_order_relaxed),
         .n_blocks = dx_get(&r->n_blocks),
-        .n_dropped = dx_get(&r->n_dropped),
+        .n_dropped = dx_recorder_n_lost(r),
         .n_bytes = dx_get(&r->n_bytes),
         .n_files = dx_get(&r->n_files),
         .waiting = dx_block_ring_used(&r->ring),

@@ -73,7 +73,7 @@ struct dx_recorder_status {
     bool writing;       /* a file is open */
     int error;          /* of the store, now: negative errno; 0: none */
     uint64_t n_blocks;  /* written, and in the open chunk */
-    uint64_t n_dropped; /* blocks that found no room */
+    uint64_t n_dropped; /* blocks that found no room, or no file before they were stopped */
     uint64_t n_bytes;   /* of all files */
     uint64_t n_files;
     size_t waiting; /* bytes in the ring */

@@ -30,17 +30,24 @@ static int attach_geometry(struct dx_recorder *r)
                                         r->geometry_bytes, dx_recording_geometry_len(g));
 }
 
-/* The path is kept also when there is no file: it is the one that fails. */
-static int create_file(struct dx_recorder *r, uint64_t time)
+void dx_recorder_set_path(struct dx_recorder *r, const char *path)
 {
-    const char *path = "";
-    int rc = r->config.store.create(r->config.store.ctx, &r->sink, &path, time);
     size_t len = strlen(path);
 
     pthread_mutex_lock(&r->path_lock);
     snprintf(r->path, sizeof(r->path), "%s",
              len < sizeof(r->path) ? path : path + len - sizeof(r->path) + 1);
     pthread_mutex_unlock(&r->path_lock);
+}
+
+/* The path is kept also when there is no file: it is the one that fails. */
+static int create_file(struct dx_recorder *r, uint64_t time)
+{
+    const char *path = "";
+    int rc = r->config.store.create(r->config.store.ctx, &r->sink, &path, time);
+
+    dx_recorder_set_path(r, path);
+    r->path_is_made = rc == 0;
     if (rc)
         return rc;
     r->file_start_ns = time;
@@ -144,6 +151,14 @@ static int end_for_next(struct dx_recorder *r)
     return rc;
 }
 
+/* It goes into no file: the recording was stopped and it had been put just before, or it was
+ * started in the middle of a frame. Only where there should have been a file it is lost. */
+static void pass_over(struct dx_recorder *r, const struct dx_ring_entry *e)
+{
+    if (e->starts_block && atomic_load_explicit(&r->error, memory_order_relaxed))
+        dx_count(&r->n_without_file, 1);
+}
+
 static int take_piece(struct dx_recorder *r, const struct dx_ring_entry *e)
 {
     bool begins = e->starts_block && e->starts_frame;
@@ -152,9 +167,10 @@ static int take_piece(struct dx_recorder *r, const struct dx_ring_entry *e)
     if (is_split_due(r, e))
         rc = end_for_next(r);
     if (rc == 0 && r->opening != DX_OPEN_DONE) {
-        /* stopped, and this was put just before; or started in the middle of a frame */
-        if (r->opening == DX_OPEN_NOT && !r->goes_on && !(begins && dx_recorder_is_wanted(r)))
+        if (r->opening == DX_OPEN_NOT && !r->goes_on && !(begins && dx_recorder_is_wanted(r))) {
+            pass_over(r, e);
             return 0;
+        }
         rc = open_file(r, dx_recorder_log_time(r, e->host_ns));
     }
     if (rc == 0)

@@ -42,14 +42,16 @@ struct dx_recorder {
     struct dx_ring_geometry geometry; /* in force; NULL: none told */
     uint8_t *geometry_bytes;          /* of it */
     uint64_t finished_len;            /* of all files before this one */
-    uint64_t lost_before;             /* n_dropped when the last outage ended */
+    uint64_t lost_before;             /* blocks, when the last outage ended */
 
     /* written by the thread, read by status */
     _Atomic int error;
     _Atomic uint64_t n_blocks, n_bytes, n_files;
+    _Atomic uint64_t n_without_file; /* blocks that waited for one until they were stopped */
     atomic_bool writing;
     pthread_mutex_t path_lock; /* held to copy the path */
     char path[256];
+    bool path_is_made; /* else the file of this path cannot be created */
 };
 
 static inline bool dx_recorder_is_wanted(struct dx_recorder *r)
@@ -57,11 +59,20 @@ static inline bool dx_recorder_is_wanted(struct dx_recorder *r)
     return atomic_load_explicit(&r->wanted, memory_order_relaxed);
 }
 
+/* Blocks, by whatever cause. */
+static inline uint64_t dx_recorder_n_lost(struct dx_recorder *r)
+{
+    return dx_get(&r->n_dropped) + dx_get(&r->n_without_file);
+}
+
 /* Of a host stamp. */
 static inline uint64_t dx_recorder_log_time(const struct dx_recorder *r, uint64_t host_ns)
 {
     return host_ns + r->unix_offset_ns;
 }
+
+/* The end of it, where it is too long; "": there is none. */
+void dx_recorder_set_path(struct dx_recorder *r, const char *path);
 
 /*
  * Steps of the thread: 0, or the store's error, and then all is as before and the step is to be

@@ -1,5 +1,6 @@
 /* dexel record: starts and ends the recording of a stream, and tells how it goes. */
 #include "tools/cmd.h"
+#include "tools/recording_state.h"
 #include "tools/stream_request.h"
 
 #include <stdbool.h>
@@ -30,23 +31,24 @@ static double number(const json_t *reply, const char *key)
     return json_number_value(json_object_get(reply, key));
 }
 
-static void show(const json_t *reply)
+/* The file, if there is one: that which is tried for has its error. */
+static void show_path(const json_t *reply)
 {
     const char *path = json_string_value(json_object_get(reply, "path"));
     const char *error = json_string_value(json_object_get(reply, "error_text"));
-    bool started = json_is_true(json_object_get(reply, "started"));
-    bool writing = json_is_true(json_object_get(reply, "writing"));
 
-    printf("%s: %.0f blocks in %.0f files, %.1f MB; %.0f blocks lost",
-           started   ? writing ? "recording" : "waits for a frame"
-           : writing ? "stopping"
-                     : "stopped",
+    if (error)
+        printf("; %s%s%s, it is tried again", path ? path : "", path ? ": " : "", error);
+    else if (path)
+        printf("; newest %s", path);
+}
+
+static void show(const json_t *reply)
+{
+    printf("%s: %.0f blocks in %.0f files, %.1f MB; %.0f blocks lost", dx_recording_state(reply),
            number(reply, "blocks"), number(reply, "files"), number(reply, "bytes") * 1e-6,
            number(reply, "dropped"));
-    if (path)
-        printf("; newest %s", path);
-    if (error)
-        printf("; %s", error);
+    show_path(reply);
     putchar('\n');
 }
 

@@ -6,6 +6,7 @@
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/control_client.h"
+#include "tools/recording_state.h"
 #include "tools/status_member.h"
 #include "tools/status_screen.h"
 #include "tools/terminal.h"
@@ -128,6 +129,41 @@ static void put_devices(FILE *f, const json_t *streams)
     }
 }
 
+static void put_recording(FILE *f, const json_t *s)
+{
+    const json_t *r = json_object_get(s, "recording");
+    const char *error = dx_status_text(r, "error_text");
+
+    cell_text(f, 16, dx_status_text(s, "name"));
+    cell_text(f, 9, dx_recording_state(r));
+    cell_count(f, 9, dx_status_number(r, "blocks", NULL));
+    cell_count(f, 9, dx_status_number(r, "dropped", NULL));
+    cell_count(f, 9, dx_status_number(r, "files", NULL));
+    cell(f, 9, 1, dx_status_number(r, "bytes", NULL) * 1e-6);
+    fputs(dx_status_text(r, "path"), f);
+    if (strcmp(error, "-"))
+        fprintf(f, ": %s", error);
+    fputc('\n', f);
+}
+
+/* Nothing when no stream can be recorded. */
+static void put_recordings(FILE *f, const json_t *streams)
+{
+    bool any = false;
+
+    for (size_t k = 0; k < json_array_size(streams); k++) {
+        const json_t *s = json_array_get(streams, k);
+
+        if (!json_object_get(s, "recording"))
+            continue;
+        if (!any)
+            fprintf(f, "\n%-16s %-9s %9s %9s %9s %9s %s\n", "STREAM", "RECORDING", "BLOCKS", "LOST",
+                    "FILES", "MB", "NEWEST");
+        any = true;
+        put_recording(f, s);
+    }
+}
+
 static void put_client(FILE *f, const json_t *c)
 {
     cell(f, 8, 0, dx_status_number(c, "pid", NULL));
@@ -153,6 +189,7 @@ static void put_table(FILE *f, const json_t *reply)
     for (size_t k = 0; k < json_array_size(streams); k++)
         put_stream(f, json_array_get(streams, k));
     put_devices(f, streams);
+    put_recordings(f, streams);
     fprintf(f, "\n%8s %6s %-16s %-8s %-8s %8s %9s %6s %10s\n", "PID", "UID", "STREAM", "ENCODING",
             "MODE", "EPOCHS", "COALESCED", "RESETS", "BYTES");
     for (size_t k = 0; k < json_array_size(clients); k++)

@@ -124,6 +124,31 @@ static void waits_for_its_folder(void **state)
     disk_free(&d);
 }
 
+/* Stopped while there was no file for them: they are lost, and counted. */
+static void counts_what_never_had_a_file(void **state)
+{
+    struct disk d = {.create_error = -ENOENT};
+    struct dx_recorder_config c = recorder_config(&d);
+    struct dx_recorder *r = new_recorder(&c);
+    struct dx_recorder_status s;
+
+    (void)state;
+    for (uint64_t n = 0; n < 10; n++)
+        feed(r, n, 100, true);
+    assert_int_equal(dx_recorder_turn(r, dx_clock_ns()), -ENOENT);
+    dx_recorder_stop_file(r);
+    assert_int_equal(dx_recorder_turn(r, dx_clock_ns()), 0);
+    dx_recorder_status(r, &s);
+    assert_int_equal(s.n_dropped, 10);
+    assert_int_equal(s.n_blocks, 0);
+    assert_int_equal(s.error, 0);
+    assert_int_equal(s.waiting, 0);
+    assert_string_equal(s.path, ""); /* it was never made */
+    finish(r);
+    dx_recorder_free(r);
+    disk_free(&d);
+}
+
 /* No file was ever made, and none can be at the end: nothing to close, and it comes back. */
 static void ends_without_a_folder(void **state)
 {
@@ -397,6 +422,7 @@ int main(void)
         cmocka_unit_test(outlives_a_full_disk),
         cmocka_unit_test(outlives_a_stalled_disk),
         cmocka_unit_test(waits_for_its_folder),
+        cmocka_unit_test(counts_what_never_had_a_file),
         cmocka_unit_test(ends_without_a_folder),
         cmocka_unit_test(closes_chunks_in_time),
         cmocka_unit_test(rotates_without_loss),
