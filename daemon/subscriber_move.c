@@ -37,6 +37,7 @@ void dx_subscriber_move(struct dx_subscriber *s, struct dx_server_stream *to, co
     s->view.loop = to->loop;
     s->view.form = form_of(to->loop, &s->asked);
     s->view.done_seq = s->view.done_epoch = 0;
+    s->behind_ns = 0; /* until the new stream has a mesh */
     if (s->view.form == DX_N_FORMS || dx_view_join(&s->view) < 0)
         dx_subscriber_shut(s, DX_WIRE_E_LIMIT, "no memory for another subscriber", true);
 }

@@ -1,5 +1,5 @@
 /* Streams that are replaced, removed and added under their subscribers, while the loop runs. */
-#include "tests/unit/server_client.h"
+#include "tests/unit/control_ask.h"
 
 enum act { REPLACE, REMOVE, ADD };
 
@@ -147,6 +147,20 @@ static void test_replaced(void **state)
     other_free(other);
 }
 
+/* As status tells it, of the only client. */
+static double lag_s(const struct fixture *fx)
+{
+    int fd = client_socket(fx->control, 0);
+    json_t *reply = control_ask(fd, "{\"request\":\"status\"}\n");
+    const json_t *client = json_array_get(json_object_get(reply, "clients"), 0);
+    double lag = json_number_value(json_object_get(client, "lag_s"));
+
+    assert_true(json_is_number(json_object_get(client, "lag_s")));
+    json_decref(reply);
+    close(fd);
+    return lag;
+}
+
 /* In the middle of a long snapshot: what has begun to go out is finished, and then RESET comes. */
 static void test_replaced_in_a_batch(void **state)
 {
@@ -157,9 +171,11 @@ static void test_replaced_in_a_batch(void **state)
 
     (void)state;
     client_until(client, DX_MSG_TILE);
+    assert_true(lag_s(fx) > 0);
     change(fx, &c, REPLACE, other_stream(other, "test"));
     client_until(client, DX_MSG_RESET);
     assert_int_equal(client->n_commits, 0);
+    assert_true(lag_s(fx) == 0); /* there is no mesh that it has not */
     client->fx = &other->fx;
     other_frames(other, 4);
     client_until_frame(client, 4);
