@@ -52,15 +52,12 @@ static int parse(struct args *a, int argc, char **argv)
 
 static int put_answer(const char *line, bool json, const char *path, struct dx_err *err)
 {
-    json_t *reply = json_loads(line, 0, NULL);
-    const char *refused = json_string_value(json_object_get(reply, "error"));
-    int rc = 0;
+    json_t *reply;
+    int rc = dx_control_take(&reply, line, path, err);
 
-    if (!reply || refused)
-        rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, refused ? refused : line);
-    else if (json)
+    if (rc == 0 && json)
         puts(line);
-    else
+    else if (rc == 0)
         rc = dx_devices_print_reply(stdout, reply);
     json_decref(reply);
     return rc;

@@ -55,18 +55,14 @@ static int parse(struct args *a, int argc, char **argv)
 
 static int print(const char *line, const char *path, struct dx_err *err)
 {
-    json_error_t where;
-    json_t *reply = json_loads(line, 0, &where);
-    const char *refused = json_string_value(json_object_get(reply, "error"));
+    json_t *reply;
+    int rc = dx_control_take(&reply, line, path, err);
     const char *text = json_string_value(json_object_get(reply, "text"));
-    int rc = 0;
 
-    if (refused)
-        rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, refused);
-    else if (!text)
+    if (rc == 0 && !text)
         rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected an object with \"text\"", path,
                         line);
-    else if (fputs(text, stdout) < 0 || fflush(stdout) != 0)
+    else if (rc == 0 && (fputs(text, stdout) < 0 || fflush(stdout) != 0))
         rc = dx_err_set(err, -EIO, "standard output cannot be written");
     json_decref(reply);
     return rc;

@@ -217,23 +217,13 @@ static int put_line(const char *line)
 static int ask(json_t **reply, char **line, const char *path, struct dx_err *err)
 {
     int rc = dx_control_ask(line, path, "{\"request\":\"status\"}", err);
-    json_error_t where;
-    const char *refused;
 
     *reply = NULL;
     if (rc < 0)
         return rc;
-    *reply = json_loads(*line, 0, &where);
-    refused = json_string_value(json_object_get(*reply, "error"));
-    if (!json_is_object(*reply))
-        rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected a JSON object", path, *line);
-    else if (refused)
-        rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, refused);
-    if (rc < 0) {
-        json_decref(*reply);
+    rc = dx_control_take(reply, *line, path, err);
+    if (rc < 0)
         free(*line);
-        *reply = NULL;
-    }
     return rc;
 }
 

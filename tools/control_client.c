@@ -140,17 +140,27 @@ static int read_line(char **reply, int fd, int timeout_ms)
 
 static int tell(struct dx_err *err, const char *path, int rc)
 {
-    if (rc == -ECONNREFUSED || rc == -ENOENT)
+    switch (rc) {
+    case -ECONNREFUSED:
+    case -ENOENT:
         return dx_err_set(err, rc, "%s: no dexeld answers here", path);
-    if (rc == -EPROTO || rc == -ECONNRESET || rc == -EPIPE)
+    case -EPROTO:
         return dx_err_set(
             err, rc,
             "%s: found no JSON line in answer, expected one; this seems to be the mesh "
             "socket, but this needs the control socket (control_socket in the "
             "configuration)",
             path);
-    return dx_err_set(err, rc, "%s: %s%s", path, strerror(-rc),
-                      rc == -EACCES ? " (dexel doctor tells of groups)" : "");
+    case -ECONNRESET:
+    case -EPIPE:
+        return dx_err_set(err, rc, "%s: dexeld has gone before it answered", path);
+    case -ETIMEDOUT:
+        return dx_err_set(err, rc, "%s: dexeld is there, and does not answer", path);
+    case -EACCES:
+        return dx_err_set(err, rc, "%s: %s (dexel doctor tells of groups)", path, strerror(-rc));
+    default:
+        return dx_err_set(err, rc, "%s: %s", path, strerror(-rc));
+    }
 }
 
 int dx_control_ask_within(char **reply, const char *path, const char *request, int timeout_ms,
@@ -172,4 +182,20 @@ int dx_control_ask_within(char **reply, const char *path, const char *request, i
 int dx_control_ask(char **reply, const char *path, const char *request, struct dx_err *err)
 {
     return dx_control_ask_within(reply, path, request, TIMEOUT_MS, NULL, err);
+}
+
+int dx_control_take(json_t **reply, const char *line, const char *path, struct dx_err *err)
+{
+    json_t *o = json_loads(line, 0, NULL);
+    const char *refused = json_string_value(json_object_get(o, "error"));
+    int rc = 0;
+
+    if (!json_is_object(o))
+        rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected a JSON object", path, line);
+    else if (refused)
+        rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, refused);
+    if (rc < 0)
+        json_decref(o);
+    *reply = rc < 0 ? NULL : o;
+    return rc;
 }

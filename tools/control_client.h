@@ -7,6 +7,8 @@
 
 #include "core/base/err.h"
 
+#include <jansson.h>
+
 /*
  * The path to ask at, in `out`: `given` itself; "given.control" where that exists (then `given` is
  * a mesh socket); without `given` $DEXELD_CONTROL, else /run/dexeld/control.sock. -ENAMETOOLONG.
@@ -22,5 +24,9 @@ int dx_control_ask(char **reply, const char *path, const char *request, struct d
  * is a line for standard error when there is none of it after five seconds. */
 int dx_control_ask_within(char **reply, const char *path, const char *request, int timeout_ms,
                           const char *late, struct dx_err *err);
+
+/* What a line of answer says, the caller's. -EBADMSG: it is no object, or a refusal ("error"),
+ * whose text is in err. */
+int dx_control_take(json_t **reply, const char *line, const char *path, struct dx_err *err);
 
 #endif

@@ -43,19 +43,16 @@ static int parse(struct args *a, const struct dx_service_request *r, int argc, c
 static int show(const struct dx_service_request *r, const char *line, const char *path, bool json,
                 struct dx_err *err)
 {
-    json_t *reply = json_loads(line, 0, NULL);
-    const char *refused = json_string_value(json_object_get(reply, "error"));
+    json_t *reply;
+    int rc = dx_control_take(&reply, line, path, err);
     const char *trouble = json_string_value(json_object_get(reply, "trouble"));
-    int rc = 0;
 
-    if (!json_is_object(reply))
-        rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected a JSON object", path, line);
-    else if (json)
+    if (json)
         puts(line);
-    else if (!refused)
+    else if (rc == 0)
         rc = r->show(reply, err);
-    if (rc == 0 && (refused || trouble))
-        rc = dx_err_set(err, -EBADMSG, "the service: %s", refused ? refused : trouble);
+    if (rc == 0 && trouble)
+        rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, trouble);
     json_decref(reply);
     return rc;
 }

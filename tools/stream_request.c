@@ -54,18 +54,12 @@ static int parse(struct args *a, const struct dx_stream_request *r, int argc, ch
 static int show(const struct dx_stream_request *r, const struct args *a, const char *path,
                 const char *line, struct dx_err *err)
 {
-    json_error_t where;
-    json_t *reply = json_loads(line, 0, &where);
-    const char *refused = json_string_value(json_object_get(reply, "error"));
-    int rc = 0;
+    json_t *reply;
+    int rc = dx_control_take(&reply, line, path, err);
 
-    if (!json_is_object(reply))
-        rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected a JSON object", path, line);
-    else if (refused)
-        rc = dx_err_set(err, -EBADMSG, "%s: the service: %s", path, refused);
-    else if (a->json)
+    if (rc == 0 && a->json)
         puts(line);
-    else
+    else if (rc == 0)
         r->show(reply);
     json_decref(reply);
     return rc;

@@ -39,7 +39,7 @@ logged "reload: still opening stream scan: $run/scan.pcd"
 code=0
 timeout 300 "$dexel" reload --socket "$sock" >"$run/said" 2>&1 || code=$?
 [ $code = 1 ] || wrong "a second reload: status $code, expected 1"
-grep -qxF 'dexel reload: the service: a reload is under way (stream scan)' "$run/said" || wrong "a second reload said '$(cat "$run/said")'"
+grep -qxF "dexel reload: $sock.control: the service: a reload is under way (stream scan)" "$run/said" || wrong "a second reload said '$(cat "$run/said")'"
 timeout 300 "$dexel" cat --socket "$sock" --stream box --frames 2 --quiet || wrong "no mesh of box"
 stop_dexeld || wrong "status $dexeld_status at the end"
 wait $first && wrong "the first reload is told as done: $(cat "$run/first")"

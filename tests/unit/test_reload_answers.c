@@ -165,8 +165,22 @@ static void a_long_wait_is_told(void **state)
     n = read(ends[0], answer, sizeof(answer) - 1);
     assert_true(n > 0);
     answer[n] = '\0';
-    assert_string_equal(answer, "dexel reload: the service: a.yaml:3: no\n");
+    assert_non_null(strstr(answer, path));
+    assert_non_null(strstr(answer, ": the service: a.yaml:3: no\n"));
     close(ends[0]);
+}
+
+/* Its end is told as that, and not as a socket that speaks another language. */
+static void a_service_that_goes_is_told(void **state)
+{
+    char said[1024];
+
+    (void)state;
+    assert_int_equal(reload(said, ""), 1);
+    assert_non_null(strstr(said, ": dexeld has gone before it answered\n"));
+    assert_int_equal(reload(said, "HTTP/1.1 400\r\n"), 1);
+    assert_non_null(
+        strstr(said, ": found no JSON line in answer, expected one; this seems to be "));
 }
 
 int main(void)
@@ -175,6 +189,7 @@ int main(void)
         cmocka_unit_test(names_are_shown),
         cmocka_unit_test(what_is_no_name_is_refused),
         cmocka_unit_test(a_long_wait_is_told),
+        cmocka_unit_test(a_service_that_goes_is_told),
     };
 
     return cmocka_run_group_tests(tests, setup, teardown);
