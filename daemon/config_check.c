@@ -335,18 +335,35 @@ static int check_stream(const struct check *c, uint32_t n)
     return r ? r : check_exact(c, n);
 }
 
+/* The service's own paths: each is another. */
+static int check_paths(const struct check *c)
+{
+    const struct dx_config *config = c->config;
+    struct dx_config_mark mark = mark_of(c, 0, "control_socket");
+    const char *taken = NULL;
+
+    if (!mark.line)
+        mark = mark_of(c, 0, "socket");
+    if (!strcmp(config->socket, config->control_socket))
+        return dx_config_fail(c->err, c->file, mark, "control_socket",
+                              "found the path of socket, expected another");
+    if (!strcmp(config->metrics_file, config->socket))
+        taken = "socket";
+    else if (!strcmp(config->metrics_file, config->control_socket))
+        taken = "control_socket";
+    else if (!strcmp(config->metrics_file, c->file))
+        taken = "this file";
+    return taken ? dx_config_fail(c->err, c->file, mark_of(c, 0, "metrics_file"), "metrics_file",
+                                  "found the path of %s, expected another", taken)
+                 : 0;
+}
+
 int dx_config_check(const struct dx_config *config, const struct dx_config_marks *marks,
                     const char *file, struct dx_err *err)
 {
     struct check c = {config, marks, file, err};
-    struct dx_config_mark mark = mark_of(&c, 0, "control_socket");
-    int r = 0;
+    int r = check_paths(&c);
 
-    if (!mark.line)
-        mark = mark_of(&c, 0, "socket");
-    if (!strcmp(config->socket, config->control_socket))
-        return dx_config_fail(err, file, mark, "control_socket",
-                              "found the path of socket, expected another");
     for (uint32_t n = 0; n < config->n_streams && !r; n++)
         r = check_stream(&c, n);
     return r;

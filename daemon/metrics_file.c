@@ -121,14 +121,26 @@ static void *run(void *file)
 /* ---- the loop --------------------------------------------------------------------------------
  */
 
+/* Its file takes the place of what is there: of an older one, and of nothing else. */
+static int check_place(const char *path, struct dx_err *err)
+{
+    struct stat st;
+
+    if (strlen(path) >= MAX_PATH)
+        return dx_err_set(err, -ENAMETOOLONG, "metrics_file: a path of %zu bytes", strlen(path));
+    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
+        return dx_err_set(err, -EINVAL, "metrics_file: %s: found what is no regular file", path);
+    return 0;
+}
+
 int dx_metrics_file_new(struct dx_metrics_file **out, const char *path, uint32_t period_s,
                         struct dx_err *err)
 {
     struct dx_metrics_file *f;
-    int r;
+    int r = check_place(path, err);
 
-    if (strlen(path) >= MAX_PATH)
-        return dx_err_set(err, -ENAMETOOLONG, "metrics_file: a path of %zu bytes", strlen(path));
+    if (r)
+        return r;
     f = calloc(1, sizeof(*f));
     if (!f)
         return dx_err_set(err, -ENOMEM, "no memory");

@@ -116,6 +116,13 @@ metrics >"$run/om" || wrong 'stuck: no answer'
 stop_dexeld || wrong 'stuck: dexeld failed'
 [ ! -e "$run/stuck.prom" ] || wrong 'a stuck disk has a file'
 
+# what is no file is left alone
+mkdir "$run/folder.prom"
+sed "s|^metrics_file: .*|metrics_file: $run/folder.prom|" "$run/c.yaml" >"$run/folder.yaml"
+code=0
+timeout 300 "$B/bin/dexeld" -c "$run/folder.yaml" 2>"$run/said" || code=$?
+[ $code = 1 ] && grep -q "metrics_file: $run/folder.prom: found what is no regular file" "$run/said" || wrong "a folder: $code, $(cat "$run/said")"
+
 # ---- what names metrics
 om used "$run/om" config/grafana/dexeld.json config/prometheus/dexeld.rules.yml
 om documented "$run/om" docs/operations.md

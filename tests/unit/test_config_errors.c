@@ -298,6 +298,12 @@ static void test_together(void **state)
          "t.yaml:2:17: control_socket: found the path of socket, expected another"},
         {"socket: /run/dexeld/control.sock\n" SYNTHETIC,
          "t.yaml:1:9: control_socket: found the path of socket, expected another"},
+        {"metrics_file: /run/dexeld/mesh.sock\n" SYNTHETIC,
+         "t.yaml:1:15: metrics_file: found the path of socket, expected another"},
+        {"control_socket: /c\nmetrics_file: /c\n" SYNTHETIC,
+         "t.yaml:2:15: metrics_file: found the path of control_socket, expected another"},
+        {"metrics_file: t.yaml\n" SYNTHETIC,
+         "t.yaml:1:15: metrics_file: found the path of this file, expected another"},
         {SYNTHETIC "    mesh: {paper: yes}\n",
          "t.yaml:4:11: streams[0].mesh: the paper's mode needs a cap: the radius of its sphere of "
          "influence"},
