@@ -90,12 +90,19 @@ static bool may_speak(struct dx_log_site *site, uint32_t *n_swallowed)
     return false;
 }
 
-/* Texts of clients and files: one line stays one line. */
-static void clean(char *line, size_t len)
+/* Texts of clients and files: one line stays one line, and says nothing to a terminal. The second
+ * half of control characters (U+0080 to U+009F) takes two bytes, of which the first alone is not
+ * enough to tell. */
+static void clean(char *text, size_t len)
 {
-    for (size_t k = 0; k < len; k++)
-        if ((unsigned char)line[k] < 0x20 || line[k] == 0x7f)
+    unsigned char *line = (unsigned char *)text;
+
+    for (size_t k = 0; k < len; k++) {
+        if (line[k] < 0x20 || line[k] == 0x7f)
             line[k] = ' ';
+        if (k > 0 && line[k - 1] == 0xc2 && line[k] >= 0x80 && line[k] < 0xa0)
+            line[k - 1] = line[k] = ' ';
+    }
 }
 
 static void put_line(char *line, size_t len)

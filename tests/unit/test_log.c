@@ -49,6 +49,9 @@ static void test_a_line(void **state)
     (void)state;
     dx_log_warning("room", "found %d, expected %s\n\x1b[2J", 7, "eight");
     assert_string_equal(logged(), "dexeld: room: found 7, expected eight  [2J\n");
+    dx_log_warning("room", "caf\xc3\xa9 \xc2\xb5m \xc2\x9b"
+                           "2J");
+    assert_string_equal(logged(), "dexeld: room: caf\xc3\xa9 \xc2\xb5m   2J\n");
     dx_log_debug("room", "not at this level");
     assert_string_equal(logged(), "");
 }
