@@ -1,7 +1,9 @@
 /* Bounds of what clients hold. Loop thread. */
 #include "daemon/limits.h"
 
+#include <limits.h>
 #include <stdio.h>
+#include <sys/resource.h>
 
 #include "daemon/server_priv.h"
 
@@ -9,6 +11,7 @@
 #define MAX_CLIENTS   256u
 #define CLIENT_MEMORY (256ull << 20)
 #define MAX_REQUESTS  100u
+#define KEPT_FDS      32u /* an eighth of all, where that is less */
 
 void dx_server_set_limits(struct dx_server *s, const struct dx_server_limits *limits)
 {
@@ -32,8 +35,24 @@ static uint32_t n_of_user(const struct dx_server *s, uid_t uid)
     return n;
 }
 
-bool dx_limits_admit(const struct dx_server *s, const struct ucred *who, char why[DX_WIRE_TEXT])
+/* Is it one of the last descriptors that there are? They are kept for whoever comes to see why, for
+ * devices and recordings. The kernel gives the lowest that is free. */
+static bool is_kept(int fd, unsigned *max)
 {
+    struct rlimit limit;
+    rlim_t kept;
+
+    if (getrlimit(RLIMIT_NOFILE, &limit) < 0 || limit.rlim_cur > INT_MAX)
+        return false;
+    kept = limit.rlim_cur / 8 < KEPT_FDS ? limit.rlim_cur / 8 : KEPT_FDS;
+    *max = (unsigned)limit.rlim_cur;
+    return (rlim_t)fd >= limit.rlim_cur - kept;
+}
+
+bool dx_limits_admit(const struct dx_server *s, int fd, const struct ucred *who,
+                     char why[DX_WIRE_TEXT])
+{
+    unsigned max_fds;
     const struct dx_server_limits *l = &s->options.limits;
 
     *why = '\0';
@@ -42,6 +61,9 @@ bool dx_limits_admit(const struct dx_server *s, const struct ucred *who, char wh
     else if (l->max_clients_per_uid && n_of_user(s, who->uid) >= l->max_clients_per_uid)
         snprintf(why, DX_WIRE_TEXT, "too many subscribers of user %u: %u (max_clients_per_uid)",
                  (unsigned)who->uid, l->max_clients_per_uid);
+    else if (is_kept(fd, &max_fds))
+        snprintf(why, DX_WIRE_TEXT,
+                 "too few descriptors: the last of %u are for operators (LimitNOFILE=)", max_fds);
     return *why == '\0';
 }
 

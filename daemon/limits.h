@@ -15,8 +15,9 @@ struct dx_server;
 struct dx_subscriber;
 struct ucred;
 
-/* May one more connection come, of this process? */
-bool dx_limits_admit(const struct dx_server *s, const struct ucred *who, char why[DX_WIRE_TEXT]);
+/* May one more connection, which has the descriptor `fd`, come, of this process? */
+bool dx_limits_admit(const struct dx_server *s, int fd, const struct ucred *who,
+                     char why[DX_WIRE_TEXT]);
 
 /* May the subscriber hold so many bytes more? They are counted until it lets go of all. */
 bool dx_limits_take(struct dx_subscriber *s, size_t len, char why[DX_WIRE_TEXT]);

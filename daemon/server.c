@@ -63,7 +63,7 @@ static void add_client(struct dx_server *s, int fd)
     int r;
 
     (void)getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &len);
-    if (!dx_limits_admit(s, &who, why)) {
+    if (!dx_limits_admit(s, fd, &who, why)) {
         refuse_client(fd, &who, why);
         return;
     }

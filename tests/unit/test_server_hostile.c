@@ -312,6 +312,43 @@ static void test_out_of_descriptors(void **state)
     fixture_stop(fx);
 }
 
+/* The last descriptors are not for subscribers: whoever comes for one is told, and an operator is
+ * answered. */
+static void test_kept_descriptors(void **state)
+{
+    enum { MAX = 64, KEPT = MAX / 8 };
+    struct fixture *fx = fixture_start(NULL);
+    struct client *good = client_start(fx, NULL), *late;
+    int filler[MAX], n = 0, fd;
+    struct rlimit old, now;
+
+    (void)state;
+    client_until_frame(good, 3);
+    getrlimit(RLIMIT_NOFILE, &old);
+    now = old;
+    now.rlim_cur = MAX;
+    setrlimit(RLIMIT_NOFILE, &now);
+    do /* up to the client's own, behind which the service's is the first that is kept */
+        filler[n] = dup(0);
+    while (filler[n++] < MAX - KEPT - 2);
+    late = client_connect(fx);
+    client_until_closed(late);
+    assert_int_equal(late->error.code, DX_WIRE_E_LIMIT);
+    assert_string_equal(late->error.text,
+                        "too few descriptors: the last of 64 are for operators (LimitNOFILE=)");
+    fd = client_socket(fx->control, 0);
+    json_decref(control_ask(fd, "{\"request\":\"status\"}\n"));
+    close(fd);
+    while (n--)
+        close(filler[n]);
+    setrlimit(RLIMIT_NOFILE, &old);
+    fixture_frames(fx, 4);
+    client_until_frame(good, 4);
+    client_close(late);
+    client_close(good);
+    fixture_stop(fx);
+}
+
 /* ---- the paths
  * ----------------------------------------------------------------------------------- */
 
@@ -451,6 +488,7 @@ int main(void)
         cmocka_unit_test(test_a_thousand_connects),
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_out_of_descriptors),
+        cmocka_unit_test(test_kept_descriptors),
         cmocka_unit_test(test_paths),
         cmocka_unit_test(test_status),
         cmocka_unit_test(test_control_errors),
