@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <getopt.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -56,9 +57,15 @@ static const struct option options[] = {
     {0},
 };
 
-static int wrong(const char *what)
+__attribute__((format(printf, 1, 2))) static int wrong(const char *format, ...)
 {
-    fprintf(stderr, "dexeld: %s\n`dexeld --help` tells the options.\n", what);
+    va_list args;
+
+    fputs("dexeld: ", stderr);
+    va_start(args, format);
+    vfprintf(stderr, format, args);
+    va_end(args);
+    fputs("\n`dexeld --help` tells the options.\n", stderr);
     return 2;
 }
 
@@ -122,14 +129,14 @@ static int set_option(struct dx_options *o, int opt, const char *text)
 }
 
 /* Do the options go together? */
-static int check(const struct dx_options *o, int argc)
+static int check(const struct dx_options *o, int argc, char **argv)
 {
     const struct dx_config_replay *r = &o->replay;
     bool replay_words =
         r->rate || r->wait || r->loop || r->socket || r->start || r->end || r->stamps;
 
     if (optind < argc)
-        return wrong("an argument that is no option");
+        return wrong("found '%s', expected options only", argv[optind]);
     if (!o->config == !o->replay.path)
         return wrong("found neither or both of -c and --replay, expected one");
     if (o->config && replay_words)
@@ -152,7 +159,7 @@ int dx_options_parse(struct dx_options *o, int argc, char **argv)
         if (status != DX_OPTIONS_RUN)
             return status;
     }
-    return check(o, argc);
+    return check(o, argc, argv);
 }
 
 int dx_options_config(struct dx_config *config, const struct dx_options *o, struct dx_err *err)

@@ -272,10 +272,12 @@ static struct dx_server_stream *find_stream(struct dx_server *server, const char
     return st;
 }
 
-/* "no stream 'x'; there are: a, b": as many names as fit. */
+/* "no stream 'x'; there are: a, b", as many names as fit; or that it has to name one. */
 static void name_streams(char *text, size_t len, const struct dx_subscriber *s)
 {
-    int n = snprintf(text, len, "no stream '%s'; there are:", s->asked.stream);
+    int n = *s->asked.stream || s->server->n_streams == 0
+                ? snprintf(text, len, "no stream '%s'; there are:", s->asked.stream)
+                : snprintf(text, len, "no stream was named, and there are several:");
 
     for (const struct dx_server_stream *st = s->server->streams; st; st = st->next)
         if (n > 0 && (size_t)n < len)

@@ -50,7 +50,7 @@ static void wrong_ones_are_refused(void **state)
     } wrong[] = {
         {"", "found neither or both of -c and --replay, expected one"},
         {"-c a.yaml --replay b.mcap --socket s", "found neither or both of -c and --replay"},
-        {"-c a.yaml more", "an argument that is no option"},
+        {"-c a.yaml more", "found 'more', expected options only"},
         {"-c a.yaml --loop", "--stamps and --socket go with --replay"},
         {"-c a.yaml --rate max", "go with --replay"},
         {"-c a.yaml --wait 1", "go with --replay"},

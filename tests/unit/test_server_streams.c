@@ -230,6 +230,19 @@ static void test_pull_and_lossless(void **state)
     other_free(second);
 }
 
+/* Whoever names none is told which there are. */
+static void expect_to_name_one(struct fixture *fx, const char *names)
+{
+    struct client *client = client_start(fx, NULL);
+    char text[DX_WIRE_TEXT];
+
+    client_until_closed(client);
+    assert_int_equal(client->error.code, DX_WIRE_E_NO_STREAM);
+    snprintf(text, sizeof(text), "no stream was named, and there are several: %s", names);
+    assert_string_equal(client->error.text, text);
+    client_close(client);
+}
+
 static void test_removed_and_added(void **state)
 {
     const struct dx_msg_subscribe named = {.stream = "second"};
@@ -249,6 +262,7 @@ static void test_removed_and_added(void **state)
     other_frames(other, 2);
     client_until_frame(stays, 2);
     assert_int_equal(client->n_commits, number);
+    expect_to_name_one(fx, "test, second");
     change(fx, &c, REMOVE, NULL);
     client_until_closed(client);
     assert_int_equal(client->error.code, DX_WIRE_E_NO_STREAM);
