@@ -148,6 +148,11 @@ int dx_connection_next(struct dx_connection *c, struct dx_wire_header *h, const 
     if (unread < DX_WIRE_HEADER_LEN)
         return 0;
     dx_wire_get_header(h, c->in + c->in_pos);
+    if (h->length > c->max_body && c->seq_in == 0 && c->in[c->in_pos] == '{')
+        return dx_err_set(err, -EPROTO,
+                          "found a line of JSON in answer, expected WELCOME; this seems to be the "
+                          "control socket, but this needs the mesh socket (socket in the "
+                          "configuration)");
     if (h->length > c->max_body)
         return dx_err_set(err, -EPROTO,
                           "message %u of the server: a body of %u bytes, at most %u expected",

@@ -137,12 +137,21 @@ static bool reply_with(struct connection *c, json_t *reply)
     return write_reply(c);
 }
 
+/* No line of text begins so. HELLO of the mesh protocol does, and may have no newline to wait for.
+ */
+static bool is_no_text(const struct connection *c)
+{
+    const unsigned char first = c->in_len ? (unsigned char)c->in[0] : ' ';
+
+    return first < ' ' && first != '\t' && first != '\n' && first != '\r';
+}
+
 /* Answers the lines that are there, one after the other. */
 static void answer_lines(struct connection *c)
 {
     char *end;
 
-    while (!c->out && !c->waits.topic && (end = memchr(c->in, '\n', c->in_len))) {
+    while (!c->out && !c->waits.topic && !is_no_text(c) && (end = memchr(c->in, '\n', c->in_len))) {
         size_t len = (size_t)(end - c->in) + 1;
         json_t *reply = answer(c, c->in, len - 1);
 
@@ -153,7 +162,12 @@ static void answer_lines(struct connection *c)
         else if (!reply_with(c, reply))
             return;
     }
-    if (!c->out && !c->waits.topic && c->in_len == sizeof(c->in))
+    if (c->out || c->waits.topic)
+        return;
+    if (is_no_text(c))
+        turn_away(c, "found a control byte, expected a line of JSON: this is the control socket, "
+                     "meshes come from the mesh socket");
+    else if (c->in_len == sizeof(c->in))
         turn_away(c, "too long a request: at most " BOUND(MAX_LINE) " bytes");
 }
 

@@ -211,7 +211,8 @@ static void check_answer(struct talk *t, size_t len)
     const char *error = json_string_value(json_object_get(answer, "error"));
 
     MUST(json_is_object(answer));
-    if (error && !strncmp(error, "too long a request", 18))
+    if (error &&
+        (!strncmp(error, "too long a request", 18) || !strncmp(error, "found a control byte", 20)))
         t->is_turned_away = true;
     else
         t->n_answers++;

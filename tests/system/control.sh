@@ -1,6 +1,6 @@
 #!/bin/sh
 # What an operator asks a running dexeld for: its clients and to disconnect one, its log level, the devices that it sees,
-# to end; and that the log tells who changed something.
+# to end; that the log tells who changed something; and what a subscriber is told here.
 set -u
 . "$(dirname "$0")/../expect.sh"
 
@@ -43,6 +43,13 @@ says ': connected' dexeld.log # of debug
 expect 1 "$dexel" log-level loud --socket control.sock
 says 'expected error, warning, notice, info or debug'
 [ "$(grep -c 'asked for .*log-level' dexeld.log)" = 1 ] || fail "the log tells more changes than there were"
+
+# a subscriber is told that it is at the wrong socket, and does not try again
+for how in '' --reconnect; do
+  expect 1 timeout 300 "$dexel" cat --socket control.sock $how
+  says 'this seems to be the control socket, but this needs the mesh socket'
+done
+grep -q "control: pid [0-9]* uid $(id -u): found a control byte" dexeld.log || fail "the log does not tell of a subscriber"
 
 expect 0 "$dexel" devices --socket control.sock
 expect 0 "$dexel" devices --service --socket control.sock --json

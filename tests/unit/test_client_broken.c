@@ -58,6 +58,14 @@ static void say_http(struct script *s, const struct dx_geometry *g)
     memcpy(s->bytes, "HTTP/1.1 400 Bad Request", 24);
 }
 
+/* The control socket does, when it meets a HELLO. */
+static void say_json(struct script *s, const struct dx_geometry *g)
+{
+    (void)g;
+    script_message(s, 0, 0, 0, NULL, 0);
+    memcpy(s->bytes, "{\"error\":\"found a control", 24);
+}
+
 static void say_oversized(struct script *s, const struct dx_geometry *g)
 {
     start(s, g);
@@ -209,6 +217,7 @@ static void test_broken_servers(void **state)
     refuse_case("another version", say_another_version, "expected 1.0 or less");
     refuse_case("a later minor", say_later_minor, "speaks protocol 1.1");
     refuse_case("http", say_http, "at most 1024");
+    refuse_case("JSON", say_json, "this seems to be the control socket");
     refuse_case("oversized", say_oversized, "262145");
     refuse_case("greedy welcome", say_greedy_welcome, "not a WELCOME");
     refuse_case("lost message", say_lost_message, "numbered");

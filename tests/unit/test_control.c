@@ -168,6 +168,26 @@ static void test_bounds(void **state)
     fixture_stop(fx);
 }
 
+/* A client of the mesh protocol is told where it is, at once. */
+static void test_a_mesh_client(void **state)
+{
+    static const uint8_t hello[] = {16, 0, 0, 0, 1, 0, 0, 0, 0xff, 0xff};
+    struct fixture *fx = fixture_start(NULL);
+    int fd = client_socket(fx->control, 0);
+
+    (void)state;
+    assert_int_equal(send(fd, hello, sizeof(hello), MSG_NOSIGNAL), sizeof(hello));
+    control_expect_error(control_hear(fd), "this is the control socket");
+    expect_end(fd);
+    fd = client_socket(fx->control, 0); /* lines before it are answered */
+    control_say(fd, " \t\r\n{\"request\":\"log-level\"}\n\x10\n");
+    control_expect_error(control_hear(fd), "not JSON");
+    json_decref(control_hear(fd));
+    control_expect_error(control_hear(fd), "this is the control socket");
+    expect_end(fd);
+    fixture_stop(fx);
+}
+
 static bool is_answered(int fd)
 {
     json_t *reply = control_ask(fd, "{\"request\":\"log-level\"}\n");
@@ -202,9 +222,13 @@ static void test_requests_a_second(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_clients),   cmocka_unit_test(test_clients_refused),
-        cmocka_unit_test(test_log_level), cmocka_unit_test(test_devices),
-        cmocka_unit_test(test_bounds),    cmocka_unit_test(test_requests_a_second),
+        cmocka_unit_test(test_clients),
+        cmocka_unit_test(test_clients_refused),
+        cmocka_unit_test(test_log_level),
+        cmocka_unit_test(test_devices),
+        cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_a_mesh_client),
+        cmocka_unit_test(test_requests_a_second),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
