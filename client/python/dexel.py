@@ -22,6 +22,7 @@ Run as a program (python3 -m dexel --help) it prints a line for each mesh, and w
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import math
 import os
@@ -31,8 +32,8 @@ import sys
 import threading
 import time
 from array import array
-from typing import (Any, Callable, Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence,
-                    Tuple, Union)
+from typing import (Any, Callable, Dict, FrozenSet, Iterator, List, NamedTuple, NoReturn, Optional,
+                    Sequence, Tuple, Union)
 
 try:
     import numpy as np
@@ -93,6 +94,8 @@ class ProtocolError(Error):
 class ServerError(Error):
     """The server refuses: its ERROR, with `code` and `text`."""
 
+    #: Codes after which another connection may be served: it is full, we were too slow, it stops.
+    PASSING = (6, 7, 8)
     WHAT = {1: "protocol", 2: "version", 3: "no such stream", 4: "encoding", 5: "mode", 6: "limit",
             7: "too slow", 8: "the service shuts down", 9: "disconnected"}
 
@@ -1048,6 +1051,24 @@ class _Message(NamedTuple):
     body: memoryview
 
 
+def _connect(to: socket.socket, path: str) -> None:
+    if len(os.fsencode(path)) > 107:
+        raise OSError(errno.ENAMETOOLONG, "a socket path has at most 107 bytes", path)
+    try:
+        to.connect(path)
+    except OSError as error:
+        if error.errno is not None:  # a timeout has none
+            error.filename = path
+        raise
+
+
+def _words(error: BaseException) -> str:
+    """What happened, for people: without the number of an OSError, with its file."""
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{os.fsdecode(error.filename)}: {error.strerror or error}"
+    return str(error)
+
+
 class _Link:
     """A connected socket, and messages through it."""
 
@@ -1058,7 +1079,7 @@ class _Link:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._socket.settimeout(patience_s)
-            self._socket.connect(path)
+            _connect(self._socket, path)
         except BaseException:
             self._socket.close()
             raise
@@ -1091,6 +1112,9 @@ class _Link:
         while True:
             header, deadline = self._read_header(until)
             length, kind, flags, stream, seq, epoch = _HEADER.unpack(header)
+            if length > self.max_body and not self._n_received and header[:1] == b"{":
+                raise ProtocolError("found a line of JSON in answer, expected WELCOME; this seems to be the control "
+                                    "socket, but this needs the mesh socket (socket in the configuration)")
             if length > self.max_body:
                 raise ProtocolError(f"a message of {length} bytes, where {self.max_body} are the most")
             if seq != self._n_received:
@@ -1428,6 +1452,7 @@ class Subscription(Iterator[Mesh]):
         self._session: Optional[_Session] = None
         self._closed = threading.Event()
         self._pause_s = 0.0
+        self._is_away = False  # the service, and on_state was told so
         self._keys: FrozenSet[Key] = frozenset()
         if not wait:
             self._connect()
@@ -1454,14 +1479,16 @@ class Subscription(Iterator[Mesh]):
                 if self._closed.is_set():
                     break
                 self._drop()
-                if not self._reconnect or (isinstance(error, ServerError) and error.code not in (7, 8)):
+                if not self._reconnect or (isinstance(error, ServerError) and error.code not in error.PASSING):
                     self.close()
                     raise
+                self._lose(error)
                 self._pause(waiting_since, error)
                 continue
             except BaseException:
                 self.close()
                 raise
+            self._is_away = False
             self.stream = self._session.stream
             if mesh is None:
                 break
@@ -1489,14 +1516,24 @@ class Subscription(Iterator[Mesh]):
     def _connect(self) -> None:
         patience = PATIENCE_S if self._timeout is None else min(PATIENCE_S, self._timeout)
         self._link = _Link(self.path, patience)
-        self._session = _Session(self._link, self._wish, self._tell)
+        self._session = _Session(self._link, self._wish, self._hear)
+
+    def _lose(self, error: Exception) -> None:
+        """There is no connection: told once, until the next one says something of the stream."""
+        if not self._is_away:
+            self._is_away = True
+            self._tell("gone", _words(error))
 
     def _pause(self, waiting_since: float, error: Exception) -> None:
         """Waits a while before another attempt, and longer before the next."""
         self._pause_s = min(5.0, 2 * self._pause_s or 0.1)
         if self._timeout is not None and time.monotonic() + self._pause_s > waiting_since + self._timeout:
-            raise TimeoutError(f"no service in {self._timeout} s: {error}") from None
+            raise TimeoutError(f"no service in {self._timeout} s: {_words(error)}") from None
         self._closed.wait(self._pause_s)
+
+    def _hear(self, state: str, reason: str) -> None:
+        self._is_away = False
+        self._tell(state, reason)
 
     def _tell(self, state: str, reason: str) -> None:
         self.state, self.reason = state, reason
@@ -1521,12 +1558,14 @@ def subscribe(path: Optional[str] = None, stream: str = "", *, encoding: str = "
     bound, stride         a level of detail (f32 alone): in sigmas, to a sixteenth; in cells
     interval     live: least seconds between two meshes
     region       (first tile row, first tile column, tile rows, tile columns); default all
-    reconnect    whether to connect again when the service restarts or throws this client out
+    reconnect    whether to connect again when the service goes away, is full or has thrown this client
+                 out because it was too slow
     wait         whether to wait also for a service that is not there at first
     timeout      seconds without a word from the service after which TimeoutError is raised; the
                  loop can be taken up again after it. None: never
     on_state     called with (state, reason) when the stream says how it is: opening, live, stalled,
-                 gone, faulted, ended
+                 gone, faulted, ended; and with ("gone", why) when the service itself has gone and is
+                 waited for
     numpy        False: lists also where numpy is there
     max_dexels   refuse a larger stream: a bound on memory against a server that is not trusted
 
@@ -1570,8 +1609,9 @@ def streams(path: Optional[str] = None) -> List[Dict[str, Any]]:
     deadline = time.monotonic() + 5
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
         control.settimeout(5)
-        control.connect(path)
-        control.sendall(b'{"request":"status"}\n')
+        _connect(control, path)
+        # as long as a header, so that a mesh socket refuses it at once and waits for no more
+        control.sendall(b'{"request":"status"}'.ljust(_HEADER.size) + b"\n")
         while not answer.endswith(b"\n"):
             control.settimeout(max(0.001, deadline - time.monotonic()))
             try:
@@ -1581,6 +1621,9 @@ def streams(path: Optional[str] = None) -> List[Dict[str, Any]]:
             if not more:
                 raise ConnectionLost(f"{path}: closed without an answer")
             answer += more
+            if not answer.startswith(b"{"):
+                raise ProtocolError(f"{path}: found no JSON line in answer, expected one; this seems to be the mesh "
+                                    "socket, but this needs the control socket (control_socket in the configuration)")
             if len(answer) > _MAX_CONTROL:
                 raise ProtocolError(f"{path}: an answer without an end")
     try:
@@ -1595,31 +1638,97 @@ def streams(path: Optional[str] = None) -> List[Dict[str, Any]]:
 # ------------------------------------------------------------------------------------ the program
 
 
-def _arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="dexel.py", description="Receives meshes from dexeld: a line for each, and "
-                                     "PLY files. The options are those of `dexel cat`.")
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, as `dexel` does."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message.removeprefix('argument ')}\n")
+
+
+def _found(text: str, expected: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"found '{text}', expected {expected}")
+
+
+def _number(kind: Callable[[str], float], least: float, most: float, what: str) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value <= most:
+            raise _found(text, f"{what} from {least} to {most}")
+        return value
+    return read
+
+
+def _choice(*choices: Union[str, int]) -> Callable[[str], Union[str, int]]:
+    def read(text: str) -> Union[str, int]:
+        for choice in choices:
+            if text == str(choice):
+                return choice
+        raise _found(text, "|".join(map(str, choices)))
+    return read
+
+
+def _region(text: str) -> Tuple[int, ...]:
+    parts = text.split(",")
+    if all(part.isascii() and part.isdigit() and len(part) <= 5 for part in parts):
+        area = tuple(map(int, parts))
+        if len(area) == 4 and max(area) <= 65535 and area[2] and area[3]:
+            return area
+    raise _found(text, "R,C,ROWS,COLS: the first tile's row and column, and how many, at most 65535 each")
+
+
+def _ply(text: str) -> str:
+    if not text.lower().endswith(".ply"):
+        raise _found(text, "a name that ends in .ply")
+    return text
+
+
+def _numbered(path: str, number: int) -> str:
+    """path with the number where %06d stands, else before its extension."""
+    head, mark, tail = path.partition("%06d")
+    if not mark:
+        head, tail = path[:-len(".ply")] + "-", path[-len(".ply"):]
+    return f"{head}{number:06d}{tail}"
+
+
+def _arguments() -> argparse.Namespace:
+    parser = _Parser(prog="dexel.py", description="Receives meshes from dexeld: a line for each, and PLY files. What the "
+                     "service says of the stream, and when it goes away, is told on standard error.")
     add = parser.add_argument
     add("--socket", metavar="PATH", help=f"the mesh socket ({DEFAULT_SOCKET})")
     add("--list", action="store_true", help="list the streams (--socket: also the control socket) and end")
     add("--stream", metavar="NAME", default="", help="not needed where there is only one")
-    add("--encoding", choices=ENCODINGS, default="f32", help="how the mesh travels (f32)")
-    add("--lod", metavar="SIGMAS", type=float, default=0, help="level of detail, in sigmas of the noise")
-    add("--stride", metavar="N", type=int, default=0, help="level of detail, in cells: 2, 4 ... 64")
-    add("--region", metavar="R,C,ROWS,COLS", help="only these tiles")
+    add("--encoding", metavar="|".join(ENCODINGS), type=_choice(*ENCODINGS), default="f32",
+        help="how the mesh travels (f32)")
+    add("--lod", metavar="SIGMAS", type=_number(float, 0.0625, 4095.875, "sigmas"), default=0,
+        help="level of detail, in sigmas of the noise")
+    add("--stride", metavar="N", type=_choice(2, 4, 8, 16, 32, 64), default=0,
+        help="level of detail, in cells: 2, 4 ... 64")
+    add("--region", metavar="R,C,ROWS,COLS", type=_region, help="only these tiles")
     add("--no-attr", action="store_true", help="do not ask for attributes")
     add("--normals", action="store_true", help="ask for normals")
-    add("--frames", metavar="N", type=int, help="end after so many commits")
+    add("--frames", metavar="N", type=_number(int, 1, 1000000000, "commits"), help="end after so many commits")
     add("--lossless", action="store_true", help="receive every epoch (replay at rate max)")
     add("--pull", action="store_true", help="ask for each mesh")
-    add("--interval", metavar="MS", type=float, default=0, help="at most one mesh in so many milliseconds")
-    add("--timeout", metavar="SECONDS", type=float, help="give up after so long without a word")
+    add("--interval", metavar="MS", type=_number(float, 0, 3600000, "milliseconds"), default=0,
+        help="at most one mesh in so many milliseconds")
+    add("--timeout", metavar="SECONDS", type=_number(float, 0.001, 1000000, "seconds"),
+        help="give up after so long without a word")
     add("--wait", action="store_true", help="wait for a service that is not there yet")
     add("--no-reconnect", action="store_true", help="end when the connection ends")
     add("--no-numpy", action="store_true", help="do without numpy")
-    add("-o", metavar="OUT.ply", dest="out", help="write the last mesh")
-    add("--every", action="store_true", help="write each mesh; %%06d in OUT stands for its number")
-    add("--quiet", action="store_true", help="print no lines")
-    return parser
+    add("-o", metavar="OUT.ply", dest="out", type=_ply, help="write the last mesh")
+    add("--every", action="store_true",
+        help="write each mesh; its number stands where OUT has %%06d, else before .ply")
+    add("--quiet", action="store_true", help="print no line for a mesh")
+    arguments = parser.parse_args()
+    if arguments.every and not arguments.out:
+        parser.error("--every needs -o")
+    if arguments.lossless and arguments.pull:
+        parser.error("--lossless and --pull do not go together")
+    return arguments
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -1627,12 +1736,11 @@ def _run(arguments: argparse.Namespace) -> None:
         for stream in streams(arguments.socket):
             print(stream["name"], stream.get("state", ""), stream.get("reason", ""))
         return
-    region = tuple(map(int, arguments.region.split(","))) if arguments.region else None
     meshes = subscribe(
         arguments.socket, arguments.stream, encoding=arguments.encoding,
         mode="lossless" if arguments.lossless else "pull" if arguments.pull else "live",
         attributes=not arguments.no_attr, normals=arguments.normals, bound=arguments.lod,
-        stride=arguments.stride, interval=arguments.interval / 1000, region=region,
+        stride=arguments.stride, interval=arguments.interval / 1000, region=arguments.region,
         reconnect=not arguments.no_reconnect, wait=arguments.wait, timeout=arguments.timeout,
         numpy=False if arguments.no_numpy else None,
         on_state=lambda state, reason: print(f"{state}: {reason}" if reason else state, file=sys.stderr))
@@ -1642,8 +1750,8 @@ def _run(arguments: argparse.Namespace) -> None:
             if not arguments.quiet:
                 print(f"epoch {mesh.epoch}, frame {mesh.frame}: {len(mesh.changed)} tiles changed, "
                       f"{mesh.n_triangles} triangles", flush=True)
-            if arguments.out and arguments.every:
-                mesh.write_ply(arguments.out % n if "%" in arguments.out else arguments.out)
+            if arguments.every:
+                mesh.write_ply(_numbered(arguments.out, n))
             if n + 1 == arguments.frames:
                 break
         if mesh is not None and arguments.out and not arguments.every:
@@ -1652,7 +1760,7 @@ def _run(arguments: argparse.Namespace) -> None:
 
 def main() -> int:
     """The program; returns its exit status."""
-    arguments = _arguments().parse_args()
+    arguments = _arguments()
     try:
         _run(arguments)
     except KeyboardInterrupt:
@@ -1661,7 +1769,7 @@ def main() -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whoever read is gone: no word more
         return 1
     except (Error, OSError, ValueError) as error:
-        print(f"dexel.py: {error}", file=sys.stderr)
+        print(f"dexel.py: {_words(error)}", file=sys.stderr)
         return 1
     return 0
 

@@ -3,6 +3,7 @@
     same A.ply B.ply...     PLY files have the same vertices and triangles
     worked                  the bytes at the end of docs/protocol.md
     lies                    a server that lies: an error in words, and no hang
+    passing                 one that has no room, then goes, then is there
     damage SOCKET STREAM    what the service says, cut off and changed at many places
     tiles SOCKET STREAM..   what a subscription hands out, mesh after mesh; a stream for each way
     restart SOCKET          follows a service that goes and comes back
@@ -347,11 +348,34 @@ def lies(server):
         check(isinstance(error, kind), f"silence after {len(messages)} messages: {error!r}")
     _, error = server.meet(said(opening(1))[:-5], True, encoding="q16", timeout=0.2)
     check(isinstance(error, dexel.ConnectionLost), f"silence in a message: {error!r}")
+    _, error = server.meet(b'{"error":"found a control byte"}\n', False)
+    check(isinstance(error, dexel.ProtocolError) and "this seems to be the control socket" in str(error),
+          f"a control socket: {error!r}")
     # what a newer server may say besides, a RESET in the middle of a batch, and all anew
     again = opening(1)[1:] + [message(TILE, CHUNKS[1], epoch=1)]
     meshes, error = server.meet(said([welcome(), message(99, b"?", flags=1)] + again + [message(RESET, text(b"short"))] + again
                                      + [commit(), message(END, epoch=1), ENDED]), False, encoding="q16")
     check(error is None and len(meshes) == 1, f"RESET: {error!r}")
+
+
+def passing(server):
+    turns = ([message(ERROR, b"\6\0" + text(b"no room"))], [],
+             opening(1) + [message(TILE, CHUNKS[1], epoch=1), commit(), message(END, epoch=1), ENDED])
+
+    def serve():
+        for messages in turns:
+            peer, _ = server.listening.accept()
+            with peer:
+                peer.sendall(said(messages))
+                peer.shutdown(socket.SHUT_WR)
+                while peer.recv(4096):
+                    pass
+
+    threading.Thread(target=serve, daemon=True).start()
+    told = []
+    with dexel.subscribe(server.path, encoding="q16", timeout=300, on_state=lambda *state: told.append(state)) as meshes:
+        n = len(list(meshes))
+    check(n == 1 and told == [("gone", "no room (limit, 6)"), ("ended", "")], f"{n} meshes, told {told}")
 
 
 # ------------------------------------------------------------------------------------------ damage
@@ -398,7 +422,7 @@ def damage(server, path, stream):
 
 def main():
     what, *words = sys.argv[1:]
-    if what in ("worked", "lies", "damage"):
+    if what in ("worked", "lies", "passing", "damage"):
         with tempfile.TemporaryDirectory() as folder:
             globals()[what](Server(folder), *words)
     else:

@@ -20,6 +20,7 @@ testing() { timeout 300 "$python" tests/system/python_client.py "$@"; }
 
 testing worked
 testing lies
+testing passing
 
 # A pinhole camera with a box that moves before a still room; a full turn with all sides of struts, normals and smoothed
 # ranges; one with polar caps; one narrower than a tile's block; beams that follow no model, in ranges of 32 bits; a scan's
@@ -119,6 +120,17 @@ testing damage "$run/mesh.sock" damage
 "$python" client/python/dexel.py --socket "$run/mesh.sock" --stream box --region 1,1,1,9 >"$run/lines" 2>/dev/null
 grep -q '^epoch [0-9]*, frame 3: 2 tiles changed, ' "$run/lines" || wrong "a region: $(cat "$run/lines")"
 
+# names of files as dexel cat makes them
+for out in 'odd%s%d.ply' '%06d-of-%06d.PLY' 'a.b/plain.ply'; do
+  mkdir -p "$run/by-cat/a.b" "$run/by-python/a.b"
+  "$dexel" cat --socket "$run/mesh.sock" --stream box --every --frames 1 -o "$run/by-cat/$out" --quiet
+  timeout 300 "$python" client/python/dexel.py --socket "$run/mesh.sock" --stream box --every --frames 1 -o "$run/by-python/$out" >/dev/null 2>&1 ||
+    wrong "-o '$out': it failed"
+done
+names=$(cd "$run/by-cat" && find . -type f | sort)
+[ "$(echo "$names" | wc -l)" = 3 ] || wrong "files of dexel cat: $names"
+[ "$(cd "$run/by-python" && find . -type f | sort)" = "$names" ] || wrong "other files than $names: $(find "$run/by-python" -type f)"
+
 # what it says where something is not there
 "$python" client/python/dexel.py --socket "$run/mesh.sock" --list >"$run/list"
 grep -q '^sphere ended' "$run/list" || wrong "$(cat "$run/list")"
@@ -133,7 +145,28 @@ refused() { # refused TEXT OPTION...
 refused '(no such stream, 3)' --socket "$run/mesh.sock" --stream attic
 refused '(encoding, 4)' --socket "$run/mesh.sock" --stream exact --encoding q16
 refused '(encoding, 4)' --socket "$run/mesh.sock" --stream lod --encoding delta --stride 4
-refused 'No such file' --socket "$run/nothing.sock"
+refused 'dexel.py: .*/nothing.sock: No such file or directory$' --socket "$run/nothing.sock"
+refused 'this seems to be the control socket' --socket "$run/mesh.sock.control"
+misused() { # misused TEXT OPTION...
+  text=$1
+  shift
+  code=0
+  timeout 300 "$python" client/python/dexel.py --socket "$run/mesh.sock" --stream box "$@" >"$run/out" 2>"$run/err" || code=$?
+  [ $code = 2 ] || wrong "$*: status $code"
+  [ "$(wc -l <"$run/err")" = 1 ] && grep -q "^dexel.py: $text" "$run/err" || wrong "$*: $(cat "$run/err")"
+}
+misused "--frames: found '0', expected commits from 1 " --frames 0
+misused "--frames: found '-3', expected commits from 1 " --frames -3
+misused "--region: found 'a', expected R,C,ROWS,COLS" --region a
+misused "--region: found '0,0,1', expected R,C,ROWS,COLS" --region 0,0,1
+misused "--region: found '0,0,0,1', expected R,C,ROWS,COLS" --region 0,0,0,1
+misused "--lod: found 'nan', expected sigmas from 0.0625 to 4095.875" --lod nan
+misused "--stride: found '3', expected 2|4|8|16|32|64" --stride 3
+misused "--encoding: found 'f16', expected f32|q16|delta" --encoding f16
+misused "--timeout: found '0', expected seconds from 0.001" --timeout 0
+misused "-o: found 'mesh.stl', expected a name that ends in .ply" -o mesh.stl
+misused '--every needs -o' --every
+misused '--lossless and --pull do not go together' --lossless --pull
 stop_dexeld
 
 # The service goes and comes back: so does the mesh. The pipe's lines are the events.
@@ -147,6 +180,7 @@ YAML
 start_dexeld -c "$run/live.yaml"
 timeout 300 "$python" client/python/dexel.py --socket "$run/mesh.sock" --pull --frames 3 >"$run/lines" 2>/dev/null
 [ "$(grep -c 'triangles$' "$run/lines")" = 3 ] || wrong "pull: $(cat "$run/lines")"
+refused 'this seems to be the mesh socket' --list --socket "$run/mesh.sock"
 mkfifo "$run/events"
 testing restart "$run/mesh.sock" >"$run/events" &
 client_pid=$!
@@ -156,4 +190,13 @@ stop_dexeld
 start_dexeld -c "$run/live.yaml"
 read -r line <&8 && [ "$line" = 'fresh 2' ] || wrong "$line"
 wait $client_pid
+stop_dexeld
+
+# the program says that it waits, and why
+timeout 300 "$python" client/python/dexel.py --socket "$run/mesh.sock" --wait --frames 2 --quiet 2>"$run/events" &
+client_pid=$!
+exec 8<"$run/events"
+read -r line <&8 && [ "$line" = "gone: $run/mesh.sock: No such file or directory" ] || wrong "$line"
+start_dexeld -c "$run/live.yaml"
+wait $client_pid || wrong 'it did not go on'
 stop_dexeld
