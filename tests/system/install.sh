@@ -30,19 +30,39 @@ ${CC:-cc} -Wall -Wextra -Werror docs/examples/follow.c $(pkg-config --cflags --l
 # shellcheck disable=SC2046 # words
 ${CC:-cc} docs/examples/follow.c $(pkg-config --cflags libdexel) "$root/usr/lib/libdexel.a" \
   $(pkg-config --static --libs-only-l libdexel | sed 's/-ldexel//') -o "$run/follow-static"
+printf '#include <stdlib.h>\n#define calloc(n, size) NULL\n' >"$run/poor.h"
+# shellcheck disable=SC2046 # words
+${CC:-cc} -include "$run/poor.h" docs/examples/follow.c $(pkg-config --cflags libdexel) "$root/usr/lib/libdexel.a" \
+  $(pkg-config --static --libs-only-l libdexel | sed 's/-ldexel//') -o "$run/follow-poor"
 
 "$root/usr/sbin/dexeld" -c "$root/etc/dexeld/dexeld.yaml" --check
 "$root/usr/bin/dexel" sim sphere -o "$run/scan.pcd" --size 60x40
 mkdir "$run/bin"
 ln -s "$root/usr/sbin/dexeld" "$run/bin/dexeld" # where start_dexeld looks for it
 B=$run
-for follow in follow follow-static; do
+for follow in follow follow-static; do # it is there before the service, and says that it waits
+  mkfifo "$run/$follow.lines"
+  DEXELD_SOCKET=$run/mesh.sock LD_LIBRARY_PATH=$root/usr/lib timeout 300 "$run/$follow" >"$run/$follow.lines" &
+  follow_pid=$!
+  exec 8<"$run/$follow.lines"
+  read -r line <&8
+  case $line in
+  "gone: $run/mesh.sock: No such file or directory") ;;
+  *) wrong "$follow: $line" ;;
+  esac
   start_dexeld --replay "$run/scan.pcd" --rate max --socket "$run/mesh.sock"
-  DEXELD_SOCKET=$run/mesh.sock LD_LIBRARY_PATH=$root/usr/lib timeout 300 "$run/$follow" >"$run/lines"
+  cat <&8 >"$run/lines"
+  wait $follow_pid || wrong "$follow failed"
   grep -q '^replay: 40 x 60 dexels' "$run/lines" || wrong "$follow: $(cat "$run/lines")"
   grep -q '^epoch .*, frame 0: .* tiles changed, [1-9][0-9]* triangles' "$run/lines" || wrong "$follow: $(cat "$run/lines")"
+  grep -qx ended "$run/lines" || wrong "$follow: $(cat "$run/lines")"
   stop_dexeld
 done
+start_dexeld --replay "$run/scan.pcd" --rate max --socket "$run/mesh.sock"
+code=0
+DEXELD_SOCKET=$run/mesh.sock timeout 300 "$run/follow-poor" 2>"$run/lines" >/dev/null || code=$?
+[ $code = 1 ] && grep -qx 'follow: no memory for 1 tiles' "$run/lines" || wrong "without memory: $code, $(cat "$run/lines")"
+stop_dexeld
 
 at_root uninstall
 left=$(cd "$root" && find . ! -type d)
