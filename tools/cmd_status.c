@@ -25,8 +25,8 @@ static const char help[] =
     "  --socket PATH  control socket, or a mesh socket with one beside it (PATH.control);\n"
     "                 default $DEXELD_CONTROL, else /run/dexeld/control.sock\n"
     "  --json         the service's own line\n"
-    "  --watch        again every second; on a terminal as a live screen, with rates, which q "
-    "ends\n";
+    "  --watch        again every second; on a terminal as a live screen, with rates, which q\n"
+    "                 ends; elsewhere until the service does not answer (status 1)\n";
 
 /* ---- cells
  * ---------------------------------------------------------------------------------------- */
@@ -244,7 +244,8 @@ static int show(const struct args *a, const char *path, struct dx_err *err)
     return rc;
 }
 
-/* A block a second, the blocks apart by an empty line. */
+/* A block a second, the blocks apart by an empty line. A service that does not answer ends it: who
+ * reads a pipe or a file has no other way to learn that, and can ask again. */
 static int show_again(const struct args *a, const char *path, struct dx_err *err)
 {
     int rc = show(a, path, err);

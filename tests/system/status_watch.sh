@@ -1,5 +1,6 @@
 #!/bin/sh
-# dexel status --watch: a live screen on a terminal (status_watch.py); elsewhere a block a second, with no code in it.
+# dexel status --watch: a live screen on a terminal (status_watch.py); elsewhere a block a second, with no code in it, which
+# ends with the service.
 set -eu
 . tests/daemon.sh
 command -v python3 >/dev/null || { echo "there is no python3"; exit 77; }
@@ -30,5 +31,23 @@ timeout 300 python3 tests/system/status_watch.py "$run/mesh.sock" "$dexel" || wr
 [ "$(grep -c '^STREAM .* P99 MS' "$run/blocks")" = 2 ] || wrong "blocks: $(cat "$run/blocks")"
 [ "$(grep -c "^box .* live " "$run/blocks")" = 2 ] || wrong "blocks: $(cat "$run/blocks")"
 ! LC_ALL=C grep -q "$(printf '\033')" "$run/blocks" || wrong 'codes in a pipe'
+
+# the service goes: so do they, and say why
+for form in --watch '--watch --json'; do
+  mkfifo "$run/pipe"
+  # shellcheck disable=SC2086 # words
+  timeout 300 "$dexel" status $form --socket "$run/mesh.sock" 2>"$run/err" >"$run/pipe" &
+  watch_pid=$!
+  exec 8<"$run/pipe"
+  read -r _ <&8 || wrong "$form: nothing"
+  stop_dexeld || wrong 'dexeld failed'
+  cat <&8 >/dev/null
+  code=0
+  wait $watch_pid || code=$?
+  [ $code = 1 ] || wrong "$form: status $code"
+  grep -q 'mesh.sock.control: ' "$run/err" || wrong "$form: $(cat "$run/err")"
+  rm "$run/pipe"
+  start_dexeld -c "$run/c.yaml"
+done
 stop_dexeld || wrong 'dexeld failed'
 wait $cat_pid || true
