@@ -1,6 +1,6 @@
 #!/bin/sh
-# Completion for bash: of each command it offers the options that the program takes and no other; choices, files, and the names
-# of streams of a running service. It works without the package bash-completion.
+# Completion for bash: of each command it offers the options that the program takes and no other; choices, files, the names of
+# streams and the numbers of clients of a running service. It works without the package bash-completion.
 set -u
 command -v bash >/dev/null || { echo "no bash"; exit 77; }
 here=$(pwd)
@@ -100,6 +100,19 @@ start_dexeld -c two.yaml || exit 1
 offers 'hall roof' "$dexel" cat --socket "$run/mesh.sock" --stream ''
 offers 'roof' "$dexel" record start --socket "$run/mesh.sock.control" --stream r
 offers roof "$dexel" cat --socket = "$run/mesh.sock" --stream = r
+offers '' "$dexel" clients --socket "$run/mesh.sock" --disconnect ''
+mkfifo said
+exec 8<>said
+for stream in hall roof; do
+  "$dexel" cat --socket "$run/mesh.sock" --stream $stream >&8 2>&1 &
+  timeout 300 grep -q -m 1 ' dexels' <&8 || fail "a client of $stream was told nothing"
+done
+numbers=$("$dexel" clients --socket "$run/mesh.sock" | awk 'NR > 1 {print $1}')
+[ "$(echo "$numbers" | wc -l)" = 2 ] || fail "numbers of two clients: $numbers"
+offers "$numbers" "$dexel" clients --socket "$run/mesh.sock" --disconnect ''
+offers "$numbers" "$dexel" clients --socket = "$run/mesh.sock" --disconnect =
 stop_dexeld
+wait
 offers '' "$dexel" cat --socket "$run/mesh.sock" --stream ''
+offers '' "$dexel" clients --socket "$run/mesh.sock" --disconnect ''
 exit $bad
