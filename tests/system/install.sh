@@ -45,7 +45,7 @@ for follow in follow follow-static; do # it is there before the service, and say
   DEXELD_SOCKET=$run/mesh.sock LD_LIBRARY_PATH=$root/usr/lib timeout 300 "$run/$follow" >"$run/$follow.lines" &
   follow_pid=$!
   exec 8<"$run/$follow.lines"
-  read -r line <&8
+  read -r line <&8 || line='not a word'
   case $line in
   "gone: $run/mesh.sock: No such file or directory") ;;
   *) wrong "$follow: $line" ;;
