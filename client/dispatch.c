@@ -181,6 +181,7 @@ static int on_stream_state(struct dexel *d, const struct message *m)
     if (d->n_tiles)
         return refuse(d, "STREAM_STATE inside a batch");
     d->ended = s.state == DX_STREAM_ENDED;
+    d->again.is_told = false; /* what is told last is not any more that there is none */
     return d->callbacks.state ? d->callbacks.state(d->user, (enum dexel_state)s.state, s.reason)
                               : 0;
 }

@@ -139,7 +139,7 @@ static int on_commit(void *user, const struct dexel_commit *c)
 static int on_state(void *user, enum dexel_state state, const char *reason)
 {
     (void)user;
-    require(state <= DEXEL_ENDED, "an unknown state");
+    require(state <= DEXEL_FAULTED, "an unknown state");
     sink += dx_hash(0, reason, strlen(reason));
     return 0;
 }
