@@ -230,7 +230,7 @@ machine
 put etc/dexeld/dexeld.yaml 'streams: [{name: net, hokuyo: {tcp: "127.0.0.1:1", stage: {rpm: 3}}}]'
 serve "  - {name: net, hokuyo: {tcp: '127.0.0.1:1', stage: {rpm: 3}}}
   - {name: bad, synthetic: {scene: sphere, size: 32x16}, record: {path: $root/none/bad.mcap}}"
-told() { # told FILE TEXT...: all of it stands in the status
+told() { # told TEXT...: all of it stands in the status
   "$dexel" status --json --socket "$root/run/dexeld/control.sock" >told
   for text; do grep -qE -- "$text" told || return 1; done
 }
