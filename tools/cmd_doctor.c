@@ -15,7 +15,8 @@ static const char help[] =
     "mends it. Changes nothing. Exit status 1 when there is a problem; warnings are none.\n\n"
     "  --config FILE   the service's configuration (/etc/dexeld/dexeld.yaml)\n"
     "  --socket PATH   its mesh socket, where that is not the configured one\n"
-    "  --control PATH  its control socket; default PATH.control with --socket\n"
+    "  --control PATH  its control socket; default PATH.control with --socket, else\n"
+    "                  $DEXELD_CONTROL, else the configured one\n"
     "  --quiet         warnings and problems alone\n"
     "  --json          one JSON object on standard output\n";
 
@@ -34,6 +35,7 @@ static const struct option options[] = {
 struct args {
     const char *config, *socket, *control;
     char beside[128]; /* PATH.control */
+    bool is_control_of_env;
     bool quiet, json;
 };
 
@@ -60,6 +62,22 @@ static int set_option(struct args *a, int opt, const char *text)
     }
 }
 
+/* The one beside the mesh socket that was named, or that of the environment. */
+static void find_control(struct args *a)
+{
+    const char *env = getenv("DEXELD_CONTROL");
+
+    if (a->control)
+        return;
+    if (a->socket) {
+        snprintf(a->beside, sizeof(a->beside), "%s.control", a->socket);
+        a->control = a->beside;
+    } else if (env && *env) {
+        a->control = env;
+        a->is_control_of_env = true;
+    }
+}
+
 static int parse(struct args *a, int argc, char **argv)
 {
     int opt;
@@ -74,10 +92,7 @@ static int parse(struct args *a, int argc, char **argv)
         fprintf(stderr, "dexel doctor: found '%s', expected options only\n", argv[optind]);
         return -EINVAL;
     }
-    if (a->socket && !a->control) {
-        snprintf(a->beside, sizeof(a->beside), "%s.control", a->socket);
-        a->control = a->beside;
-    }
+    find_control(a);
     return 0;
 }
 
@@ -120,6 +135,7 @@ int cmd_doctor(int argc, char **argv)
         d.config_path = a.config;
         d.socket = a.socket;
         d.control = a.control;
+        d.is_control_of_env = a.is_control_of_env;
         dx_doctor_run(&d);
         if (!a.json)
             print_text(&d, a.quiet);

@@ -2,6 +2,7 @@
 #include "tools/args.h"
 #include "tools/cmd.h"
 #include "tools/control_client.h"
+#include "tools/stdout.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -62,8 +63,8 @@ static int print(const char *line, const char *path, struct dx_err *err)
     if (rc == 0 && !text)
         rc = dx_err_set(err, -EBADMSG, "%s: found '%.40s', expected an object with \"text\"", path,
                         line);
-    else if (rc == 0 && (fputs(text, stdout) < 0 || fflush(stdout) != 0))
-        rc = dx_err_set(err, -EIO, "standard output cannot be written");
+    else if (rc == 0)
+        dx_stdout_put(text);
     json_decref(reply);
     return rc;
 }

@@ -9,6 +9,7 @@
 #include "tools/recording_state.h"
 #include "tools/status_member.h"
 #include "tools/status_screen.h"
+#include "tools/stdout.h"
 #include "tools/terminal.h"
 
 #include <errno.h>
@@ -208,11 +209,6 @@ struct args {
     bool json, watch;
 };
 
-static int put_line(const char *line)
-{
-    return printf("%s\n", line) < 0 || fflush(stdout) != 0 ? -EIO : 0;
-}
-
 /* The service's answer, an object; `line` as it came. */
 static int ask(json_t **reply, char **line, const char *path, struct dx_err *err)
 {
@@ -235,10 +231,12 @@ static int show(const struct args *a, const char *path, struct dx_err *err)
 
     if (rc < 0)
         return rc;
-    if (!a->json)
+    if (a->json)
+        puts(line);
+    else
         put_table(stdout, reply);
-    if ((a->json ? put_line(line) : fflush(stdout)) != 0)
-        rc = dx_err_set(err, -EIO, "standard output cannot be written");
+    *err->text = 0; /* main tells of standard output */
+    rc = dx_stdout_flush();
     json_decref(reply);
     free(line);
     return rc;
@@ -348,7 +346,7 @@ int cmd_status(int argc, char **argv)
         rc = show_live(path, &err);
     else if (rc == 0)
         rc = a.watch ? show_again(&a, path, &err) : show(&a, path, &err);
-    if (rc < 0)
+    if (rc < 0 && *err.text)
         fprintf(stderr, "dexel status: %s\n", err.text);
     return rc < 0 ? 1 : 0;
 }

@@ -8,7 +8,7 @@ void dx_doctor_tell(struct dx_doctor *d, enum dx_doctor_level level, const char 
                     const char *fmt, ...)
 {
     static const char *const names[] = {"ok", "warning", "problem"};
-    char text[512];
+    char text[1024];
     json_t *finding;
     va_list ap;
 
@@ -30,21 +30,23 @@ void dx_doctor_run(struct dx_doctor *d)
     static const struct {
         const char *name;
         void (*look)(struct dx_doctor *d);
+        bool needs_config;
     } topics[] = {
         /* the configuration first, which tells what is needed; streams before the service, which
          * would tell of what is missing once more */
-        {"config", dx_doctor_config},   {"groups", dx_doctor_groups},
-        {"sockets", dx_doctor_sockets}, {"rule", dx_doctor_rules},
-        {"devices", dx_doctor_devices}, {"streams", dx_doctor_streams},
-        {"service", dx_doctor_service}, {"modules", dx_doctor_modules},
-        {"usb", dx_doctor_usb},         {"clocks", dx_doctor_clocks},
-        {"disk", dx_doctor_disk},       {"limits", dx_doctor_limits},
-        {"cpu", dx_doctor_processor},
+        {"config", dx_doctor_config, false},   {"groups", dx_doctor_groups, false},
+        {"sockets", dx_doctor_sockets, false}, {"rule", dx_doctor_rules, false},
+        {"devices", dx_doctor_devices, false}, {"streams", dx_doctor_streams, true},
+        {"service", dx_doctor_service, false}, {"modules", dx_doctor_modules, false},
+        {"usb", dx_doctor_usb, false},         {"clocks", dx_doctor_clocks, false},
+        {"disk", dx_doctor_disk, true},        {"limits", dx_doctor_limits, true},
+        {"cpu", dx_doctor_processor, false},
     };
 
     dx_doctor_find_users(d);
     for (size_t k = 0; k < sizeof(topics) / sizeof(topics[0]); k++) {
         d->topic = topics[k].name;
-        topics[k].look(d);
+        if (d->has_config || !topics[k].needs_config)
+            topics[k].look(d);
     }
 }

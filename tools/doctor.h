@@ -14,7 +14,8 @@
 #include <limits.h>
 #include <sys/stat.h>
 
-#define DX_DOCTOR_MAX_GROUPS 128
+#define DX_DOCTOR_MAX_GROUPS  128
+#define DX_DOCTOR_COMMAND_LEN 8192
 
 enum dx_doctor_level {
     DX_DOCTOR_OK,
@@ -32,17 +33,21 @@ struct dx_doctor_user {
 };
 
 struct dx_doctor {
-    const char *root; /* "": this machine */
-    const char *config_path, *socket, *control;
-    struct dx_config config; /* empty unless has_config */
+    const char *root;             /* "": this machine */
+    const char *config_path;      /* as given, or where it was found; NULL: there is none */
+    const char *socket, *control; /* that whoever asks has named; NULL: the configuration's */
+    bool is_control_of_env;       /* named by $DEXELD_CONTROL */
+    struct dx_config config;      /* empty unless has_config */
     bool has_config;
     bool is_missing[DX_CONFIG_MAX_STREAMS]; /* what the stream reads is not there, which was told */
     struct dx_doctor_user me;               /* groups: of this session */
     struct dx_doctor_user service;          /* groups: those it gets when it is started */
     struct dx_doctor_user running;          /* as whom it runs now */
     char pid[16];      /* of the running service, as systemd has it; "": none */
+    bool answers;      /* somebody does, at the control socket */
     const char *topic; /* that tells now */
-    json_t *findings;  /* an array */
+    char command[DX_DOCTOR_COMMAND_LEN];
+    json_t *findings; /* an array */
     unsigned n_of[DX_DOCTOR_N_LEVELS];
 };
 
@@ -53,6 +58,15 @@ struct dx_doctor {
 __attribute__((format(printf, 4, 5))) void dx_doctor_tell(struct dx_doctor *d,
                                                           enum dx_doctor_level level,
                                                           const char *mend, const char *fmt, ...);
+
+/* A command: each @ of the pattern is the next word, a const char *, quoted for the shell where it
+ * needs to be. It is there until the next one is made. NULL: too long. (doctor_command.c) */
+const char *dx_doctor_command(struct dx_doctor *d, const char *pattern, ...);
+/* The same of one word, for a command of dexel that asks the service: names the socket to ask at
+ * where that is not the usual one. */
+const char *dx_doctor_ask_command(struct dx_doctor *d, const char *pattern, const char *word);
+/* Opens the configuration in an editor, and looks at it. NULL: there is none. */
+const char *dx_doctor_edit_command(struct dx_doctor *d);
 
 /* All topics, in order. */
 void dx_doctor_run(struct dx_doctor *d);
@@ -125,9 +139,21 @@ unsigned dx_doctor_usb_devices(const struct dx_doctor *d, const char *driver,
 bool dx_doctor_has_rule(const struct dx_doctor *d, char *path, size_t len);
 /* How many streams are configured to use the driver. */
 unsigned dx_doctor_n_streams(const struct dx_doctor *d, const char *driver);
+/* The stream of that name; NULL: none is configured. */
+const struct dx_stream_config *dx_doctor_stream(const struct dx_doctor *d, const char *name);
 bool dx_doctor_wants_gpio(const struct dx_doctor *d);
 /* Was it told of this stream that what it reads is not there? */
 bool dx_doctor_is_missing(const struct dx_doctor *d, const char *stream);
+/* The folder that a file lies in. */
+void dx_doctor_folder(char *folder, size_t len, const char *file);
+/* Where the service is asked. */
+const char *dx_doctor_control_path(const struct dx_doctor *d);
+/* The service's unit. False: there is none. */
+bool dx_doctor_read_unit(const struct dx_doctor *d, char *text, size_t len);
+/* Do the unit and its drop-ins keep the service from the network? */
+bool dx_doctor_is_offline(const struct dx_doctor *d);
+/* The command that mends that. */
+const char *dx_doctor_network_command(struct dx_doctor *d);
 /* Who the service runs as: the user that it runs as now, else that of its unit, else who asks. */
 const struct dx_doctor_user *dx_doctor_runs_as(const struct dx_doctor *d);
 

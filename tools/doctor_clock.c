@@ -11,6 +11,8 @@
 /* A quarter of an hour: what time zones differ by. */
 #define QUARTER_S 900
 
+#define SOURCE    "/sys/devices/system/clocksource/clocksource0"
+
 /* Does something keep the clock right? The kernel knows it of any NTP or PTP daemon. */
 static bool is_synchronised(const struct dx_doctor *d)
 {
@@ -24,19 +26,19 @@ static bool is_synchronised(const struct dx_doctor *d)
 
 static void look_at_source(struct dx_doctor *d)
 {
-    static const char folder[] = "/sys/devices/system/clocksource/clocksource0";
     static const char *const slow[] = {"hpet", "acpi_pm", "jiffies", "refined-jiffies"};
-    char now[32], all[128], mend[160];
+    char now[32], all[128];
     bool is_slow = false;
 
-    if (!dx_doctor_read_at(d, folder, "current_clocksource", now, sizeof(now)))
+    if (!dx_doctor_read_at(d, SOURCE, "current_clocksource", now, sizeof(now)))
         return;
-    dx_doctor_read_at(d, folder, "available_clocksource", all, sizeof(all));
+    dx_doctor_read_at(d, SOURCE, "available_clocksource", all, sizeof(all));
     for (size_t k = 0; k < sizeof(slow) / sizeof(slow[0]); k++)
         is_slow |= !strcmp(now, slow[k]);
-    snprintf(mend, sizeof(mend), "echo tsc | sudo tee %s/current_clocksource", folder);
     if (is_slow)
-        dx_doctor_tell(d, DX_DOCTOR_WARNING, strstr(all, "tsc") ? mend : NULL,
+        dx_doctor_tell(d, DX_DOCTOR_WARNING,
+                       strstr(all, "tsc") ? "echo tsc | sudo tee " SOURCE "/current_clocksource"
+                                          : NULL,
                        "the clock's source is %s, which takes long to read%s", now,
                        strstr(all, "tsc") ? "" : "; there is no better one");
     else

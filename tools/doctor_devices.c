@@ -9,6 +9,7 @@
 
 #define RULE      "60-dexeld.rules"
 #define REINSTALL "sudo apt-get install --reinstall dexeld"
+#define TRIGGER   "sudo udevadm control --reload && sudo udevadm trigger --action=add --name-match=@"
 #define MAX_USB   32
 
 /* ---- the rule ---------------------------------------------------------------------------------
@@ -32,16 +33,17 @@ bool dx_doctor_has_rule(const struct dx_doctor *d, char *path, size_t len)
 void dx_doctor_rules(struct dx_doctor *d)
 {
     struct dx_doctor_usb usb[1];
-    char path[PATH_MAX], text[64], mend[PATH_MAX];
+    char path[PATH_MAX], text[64];
 
     if (!dx_doctor_has_rule(d, path, sizeof(path)))
         dx_doctor_tell(
             d, dx_doctor_usb_devices(d, NULL, usb, 1) ? DX_DOCTOR_PROBLEM : DX_DOCTOR_WARNING,
             REINSTALL, "the udev rule " RULE " is not installed");
-    else if (!dx_doctor_read(d, path, text, sizeof(text)) || !*text) {
-        snprintf(mend, sizeof(mend), "sudo rm %.300s && sudo udevadm control --reload", path);
-        dx_doctor_tell(d, DX_DOCTOR_PROBLEM, mend, "%s is empty, and hides the rule", path);
-    } else
+    else if (dx_doctor_read(d, path, text, sizeof(text)) && !*text)
+        dx_doctor_tell(d, DX_DOCTOR_PROBLEM,
+                       dx_doctor_command(d, "sudo rm @ && sudo udevadm control --reload", path),
+                       "%s is empty, and hides the rule", path);
+    else
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s is installed", path);
 }
 
@@ -119,21 +121,21 @@ struct node {
     bool is_needed;
 };
 
-static void make_mend(const struct dx_doctor *d, const struct node *node, const struct stat *st,
-                      const struct dx_doctor_user *user, char *mend, size_t len)
+static const char *make_mend(struct dx_doctor *d, const struct node *node, const struct stat *st,
+                             const struct dx_doctor_user *user)
 {
     const mode_t both = S_IRGRP | S_IWGRP;
     char group[64], rule[PATH_MAX];
 
     if ((st->st_mode & both) == both && st->st_gid != 0)
-        snprintf(mend, len, "sudo adduser %s %s%s", user->name,
-                 dx_doctor_group_name(d, st->st_gid, group, sizeof(group)),
-                 user == &d->service || *d->pid ? " && sudo systemctl restart dexeld" : "");
-    else
-        snprintf(mend, len,
-                 "%ssudo udevadm control --reload && sudo udevadm trigger --action=add "
-                 "--name-match=%s",
-                 dx_doctor_has_rule(d, rule, sizeof(rule)) ? "" : REINSTALL " && ", node->path);
+        return dx_doctor_command(
+            d,
+            user == &d->service || *d->pid ? "sudo adduser @ @ && sudo systemctl restart dexeld"
+                                           : "sudo adduser @ @",
+            user->name, dx_doctor_group_name(d, st->st_gid, group, sizeof(group)));
+    return dx_doctor_command(
+        d, dx_doctor_has_rule(d, rule, sizeof(rule)) ? TRIGGER : REINSTALL " && " TRIGGER,
+        node->path);
 }
 
 /* Of whoever asks the kernel knows more than modes: a list of users, which udev has filled in. */
@@ -148,7 +150,7 @@ static void look_at_node(struct dx_doctor *d, const struct node *node)
 {
     const enum dx_doctor_level bad = node->is_needed ? DX_DOCTOR_PROBLEM : DX_DOCTOR_WARNING;
     const struct dx_doctor_user *user = dx_doctor_runs_as(d);
-    char owner[160], group[64], mend[PATH_MAX];
+    char owner[160], group[64];
     struct stat st;
 
     if (!dx_doctor_stat(d, node->path, &st)) {
@@ -160,11 +162,11 @@ static void look_at_node(struct dx_doctor *d, const struct node *node)
     snprintf(owner, sizeof(owner), "%s (%.80s), group %s, mode %04o", node->path, node->name,
              dx_doctor_group_name(d, st.st_gid, group, sizeof(group)), st.st_mode & 07777);
     if (!may_open(d, user, node->path, &st)) {
-        make_mend(d, node, &st, user, mend, sizeof(mend));
-        dx_doctor_tell(d, bad, mend, "%s: %s may not open it", owner, user->name);
+        dx_doctor_tell(d, bad, make_mend(d, node, &st, user), "%s: %s may not open it", owner,
+                       user->name);
     } else if (st.st_mode & S_IWOTH) {
-        snprintf(mend, sizeof(mend), "sudo chmod o-rw %s", node->path);
-        dx_doctor_tell(d, DX_DOCTOR_WARNING, mend, "%s: everybody may write to it", owner);
+        dx_doctor_tell(d, DX_DOCTOR_WARNING, dx_doctor_command(d, "sudo chmod o-rw @", node->path),
+                       "%s: everybody may write to it", owner);
     } else if (user != &d->me && !may_open(d, &d->me, node->path, &st)) {
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s: %s may open it (and %s may not)", owner,
                        user->name, d->me.name);

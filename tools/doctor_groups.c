@@ -19,12 +19,11 @@ static const char *make_users(const struct dx_doctor *d, const char *by_hand)
 static void look_at_mine(struct dx_doctor *d, const char *group, const char *what)
 {
     const struct dx_doctor_user *me = &d->me;
-    char mend[160];
     gid_t gid;
 
     if (!dx_doctor_group(d, group, &gid)) {
-        snprintf(mend, sizeof(mend), "sudo groupadd --system %s", group);
-        dx_doctor_tell(d, DX_DOCTOR_WARNING, make_users(d, mend),
+        dx_doctor_tell(d, DX_DOCTOR_WARNING,
+                       make_users(d, dx_doctor_command(d, "sudo groupadd --system @", group)),
                        "there is no group %s: root and the service alone may %s", group, what);
     } else if (me->uid == 0) {
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "there is a group %s; root may %s in any case", group,
@@ -32,14 +31,13 @@ static void look_at_mine(struct dx_doctor *d, const char *group, const char *wha
     } else if (dx_doctor_has_gid(me, gid)) {
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s is in %s, and may %s", me->name, group, what);
     } else if (dx_doctor_is_listed(d, me, group)) {
-        snprintf(mend, sizeof(mend), "newgrp %s", group);
-        dx_doctor_tell(d, DX_DOCTOR_WARNING, mend,
+        dx_doctor_tell(d, DX_DOCTOR_WARNING, dx_doctor_command(d, "newgrp @", group),
                        "%s is in %s, but not yet in this session: log in again, or", me->name,
                        group);
     } else {
-        snprintf(mend, sizeof(mend), "sudo adduser %s %s", me->name, group);
-        dx_doctor_tell(d, DX_DOCTOR_WARNING, mend, "%s is not in %s, and may not %s", me->name,
-                       group, what);
+        dx_doctor_tell(d, DX_DOCTOR_WARNING,
+                       dx_doctor_command(d, "sudo adduser @ @", me->name, group),
+                       "%s is not in %s, and may not %s", me->name, group, what);
     }
 }
 
@@ -65,7 +63,6 @@ static void look_at_service(struct dx_doctor *d)
 {
     static const char *const groups[] = {"dexel", "video", "dialout"};
     unsigned n_bad = 0;
-    char mend[160];
 
     for (size_t k = 0; k < sizeof(groups) / sizeof(groups[0]); k++) {
         gid_t gid;
@@ -73,9 +70,9 @@ static void look_at_service(struct dx_doctor *d)
         if (!dx_doctor_group(d, groups[k], &gid))
             continue; /* told above, or a machine without it */
         if (!dx_doctor_has_gid(&d->service, gid)) {
-            snprintf(mend, sizeof(mend), "sudo adduser %s %s", d->service.name, groups[k]);
-            dx_doctor_tell(d, DX_DOCTOR_WARNING, mend, "the service's user %s is not in %s",
-                           d->service.name, groups[k]);
+            dx_doctor_tell(d, DX_DOCTOR_WARNING,
+                           dx_doctor_command(d, "sudo adduser @ @", d->service.name, groups[k]),
+                           "the service's user %s is not in %s", d->service.name, groups[k]);
         } else if (!is_running_with(d, gid)) {
             dx_doctor_tell(d, DX_DOCTOR_WARNING, "sudo systemctl restart dexeld",
                            "the service's user %s is in %s, but was not when it was started",

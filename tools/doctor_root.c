@@ -88,3 +88,13 @@ bool dx_doctor_fact(const struct dx_doctor *d, const char *key, char *text, size
     return *d->root && dx_doctor_read(d, "/facts", facts, sizeof(facts)) &&
            dx_doctor_line(facts, start, text, len);
 }
+
+void dx_doctor_folder(char *folder, size_t len, const char *file)
+{
+    const char *slash = strrchr(file, '/');
+
+    if (slash)
+        snprintf(folder, len, "%.*s", slash == file ? 1 : (int)(slash - file), file);
+    else
+        snprintf(folder, len, ".");
+}

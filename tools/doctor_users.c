@@ -135,27 +135,20 @@ static void find_me(struct dx_doctor *d)
 /* What its unit adds to the groups that it is listed in. */
 static void add_unit_groups(struct dx_doctor *d)
 {
-    static const char *const units[] = {
-        "/etc/systemd/system/dexeld.service", "/usr/local/lib/systemd/system/dexeld.service",
-        "/usr/lib/systemd/system/dexeld.service", "/lib/systemd/system/dexeld.service"};
     static const char *const keys[] = {"Group=", "SupplementaryGroups="};
     char text[8192], names[256], *rest;
 
-    for (size_t k = 0; k < sizeof(units) / sizeof(units[0]); k++) {
-        if (!dx_doctor_read(d, units[k], text, sizeof(text)))
-            continue;
-        for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]); i++) {
-            if (!dx_doctor_line(text, keys[i], names, sizeof(names)))
-                continue;
-            for (char *name = strtok_r(names, " ", &rest); name;
-                 name = strtok_r(NULL, " ", &rest)) {
-                gid_t gid;
-
-                if (dx_doctor_group(d, name, &gid))
-                    add_gid(&d->service, gid);
-            }
-        }
+    if (!dx_doctor_read_unit(d, text, sizeof(text)))
         return;
+    for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]); i++) {
+        if (!dx_doctor_line(text, keys[i], names, sizeof(names)))
+            continue;
+        for (char *name = strtok_r(names, " ", &rest); name; name = strtok_r(NULL, " ", &rest)) {
+            gid_t gid;
+
+            if (dx_doctor_group(d, name, &gid))
+                add_gid(&d->service, gid);
+        }
     }
 }
 

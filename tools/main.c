@@ -1,7 +1,7 @@
 /* dexel: one program, a subcommand for each job. */
 #include "tools/cmd.h"
+#include "tools/stdout.h"
 
-#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -79,15 +79,7 @@ static int dispatch(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    int status;
-
     /* A file that outgrows its limit is an error of write(), told like a full disk. */
     signal(SIGXFSZ, SIG_IGN);
-    status = dispatch(argc, argv);
-    errno = 0; /* that of an earlier write is gone; flush tells it again */
-    if ((fflush(stdout) != 0 || ferror(stdout)) && status == 0) {
-        fprintf(stderr, "dexel: standard output: %s\n", strerror(errno ? errno : EIO));
-        status = 1;
-    }
-    return status;
+    return dx_stdout_end(dispatch(argc, argv));
 }

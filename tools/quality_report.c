@@ -2,6 +2,7 @@
 #include "tools/quality_report.h"
 
 #include "tools/stats_json.h"
+#include "tools/stdout.h"
 
 #include <assert.h>
 #include <inttypes.h>
@@ -252,7 +253,7 @@ void dx_quality_report_table(struct dx_quality_report *r, const struct dx_qualit
         print_markdown(r, t);
     else
         add_json(r, t);
-    fflush(stdout); /* a theme takes seconds: show what there is */
+    dx_stdout_flush(); /* a theme takes seconds: show what there is */
 }
 
 int dx_quality_report_close(struct dx_quality_report *r)

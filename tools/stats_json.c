@@ -1,6 +1,8 @@
 /* Mesh statistics as JSON. */
 #include "tools/stats_json.h"
 
+#include "tools/stdout.h"
+
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -31,16 +33,14 @@ json_t *dx_sigma_json(const double sigma[3])
 
 int dx_json_print(json_t *object, const char *command)
 {
-    int rc = 0;
+    int rc;
 
-    if (!object) {
+    if (json_dumpf(object, stdout, JSON_REAL_PRECISION(12)) != 0 && !ferror(stdout)) {
         fprintf(stderr, "%s: out of memory\n", command);
-        return -ENOMEM;
-    }
-    if (json_dumpf(object, stdout, JSON_REAL_PRECISION(12)) != 0 || putchar('\n') == EOF ||
-        fflush(stdout) != 0) {
-        fprintf(stderr, "%s: standard output cannot be written\n", command);
-        rc = -EIO;
+        rc = -ENOMEM;
+    } else {
+        putchar('\n');
+        rc = dx_stdout_flush();
     }
     json_decref(object);
     return rc;

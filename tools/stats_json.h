@@ -14,7 +14,8 @@ json_t *dx_stats_json(const struct dx_mesh_stats *stats);
 /* [s0, s1, s2] */
 json_t *dx_sigma_json(const double sigma[3]);
 
-/* Prints and frees the object (NULL: out of memory). 0, or -EIO, -ENOMEM having said so. */
+/* Prints and frees the object (NULL: out of memory). 0; -errno: standard output cannot be
+ * written, which main tells; -ENOMEM, having said so. */
 int dx_json_print(json_t *object, const char *command);
 
 #endif

@@ -50,13 +50,9 @@ told new.png "$run/limited" "$dexel" render "$run/scan.pcd" -o "$run/new.png"
 
 # standard output
 for command in "mesh $run/scan.pcd --stats" "cat --socket $run/mesh.sock --quiet --stats" \
-  "status --socket $run/mesh.sock --json" "status --socket $run/mesh.sock"; do
-  code=0
-  # shellcheck disable=SC2086 # words
-  timeout 300 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
-  [ $code = 1 ] && [ -s "$run/.said" ] || wrong "dexel $command: status $code, said '$(cat "$run/.said")'"
-done
-for command in "sim --list" --version --help help "help cat" "bench copy --size 64x64 --rounds 1"; do
+  "status --socket $run/mesh.sock --json" "status --socket $run/mesh.sock" "metrics --socket $run/mesh.sock" \
+  "doctor --socket $run/mesh.sock" "doctor --json" "info --json $run/scan.pcd" \
+  "sim --list" --version --help help "help cat" "bench copy --size 64x64 --rounds 1"; do
   code=0
   # shellcheck disable=SC2086 # words
   timeout 300 "$dexel" $command >/dev/full 2>"$run/.said" || code=$?
@@ -65,5 +61,12 @@ for command in "sim --list" --version --help help "help cat" "bench copy --size 
     wrong "dexel $command: said '$(cat "$run/.said")'"
 done
 "$dexel" mesh "$run/scan.pcd" -o "$run/none.ply" >/dev/full || wrong "mesh, which prints nothing: status $?"
+cat >"$run/c.yaml" <<'EOF'
+streams: [{name: s, synthetic: {scene: hall}}]
+EOF
+code=0
+"$B/bin/dexeld" -c "$run/c.yaml" --check >/dev/full 2>"$run/.said" || code=$?
+[ $code = 1 ] && grep -qx "dexeld: standard output: No space left on device" "$run/.said" ||
+  wrong "dexeld --check: status $code, said '$(cat "$run/.said")'"
 stop_dexeld || wrong "dexeld: status $dexeld_status"
 exit $bad

@@ -32,7 +32,8 @@ Groups:	1000 2001 2002 "
   put lib/systemd/system/dexeld.service "[Service]
 User=dexeld
 Group=dexel
-SupplementaryGroups=dexeld video dialout"
+SupplementaryGroups=dexeld video dialout
+RestrictAddressFamilies=AF_UNIX AF_NETLINK"
   put lib/udev/rules.d/60-dexeld.rules '# rule'
   put sys/fs/cgroup/system.slice/dexeld.service/cgroup.procs 77
   put proc/77/status "Gid:	2001	2001	2001	2001
@@ -88,11 +89,15 @@ config() { # config STREAMS...: besides those of all drivers
 $1"
 }
 
-doctor() { # doctor STATUS
-  "$dexel" doctor >out 2>err
+doctor() { # doctor STATUS [OPTIONS...]
+  wanted=$1
+  shift
+  "$dexel" doctor "$@" >out 2>err
   got=$?
-  [ $got = "$1" ] || { fail "exit $got, expected $1"; cat out err; }
+  [ $got = "$wanted" ] || { fail "exit $got, expected $wanted"; cat out err; }
 }
+never() { ! grep -qE -- "$1" out || { fail "unexpected '$1' in:"; cat out; }; }
+edit='sudoedit /etc/dexeld/dexeld.yaml && dexeld -c /etc/dexeld/dexeld.yaml --check'
 
 # finds LEVEL TOPIC TEXT [COMMAND]: a finding, and the command that follows it
 finds() {
@@ -130,6 +135,13 @@ grep -q '{"level": "problem", "topic": "sockets", "text": "[^"]*", "mend": "sudo
 expect 2 "$dexel" doctor more
 expect 2 "$dexel" doctor --more
 expect 0 "$dexel" doctor --help
+if [ -w /dev/full ]; then
+  for o in --quiet --json; do
+    "$dexel" doctor $o >/dev/full 2>err
+    [ $? = 1 ] || fail "a full disk: $o"
+    [ "$(cat err)" = 'dexel: standard output: No space left on device' ] || { fail "a full disk: $o"; cat err; }
+  done
+fi
 
 # from here on a service answers: sockets, then everything else one by one
 serve() { # serve [STREAM]
@@ -158,6 +170,9 @@ sed -i.whole /^dexeld:/d "$root/etc/passwd"
 groups dexel=2001:alice
 doctor 1
 finds warning sockets '/run/dexeld/mesh.sock: alice may not connect' "sudo -u '#$(id -u)' dexel status"
+doctor 1 --control /run/dexeld/control.sock
+finds warning sockets '/run/dexeld/mesh.sock: alice may not connect' \
+  "sudo -u '#$(id -u)' dexel status --socket /run/dexeld/control.sock"
 mv "$root/etc/passwd.whole" "$root/etc/passwd"
 groups "dexel=$gid:alice"
 chmod 666 "$root/run/dexeld/mesh.sock"
@@ -183,6 +198,22 @@ put run/dexeld/mesh.sock ''
 doctor 1
 finds problem sockets '/run/dexeld/mesh.sock is no socket' \
   'sudo rm /run/dexeld/mesh.sock && sudo systemctl start dexeld.socket dexeld-control.socket dexeld.service'
+# what is no socket, and not known to be the service's, stays
+put a.log ''
+doctor 1 --socket /a.log
+finds problem sockets '/a.log is a file, and no socket of a service' 'dexel doctor --config /etc/dexeld/dexeld.yaml'
+never 'sudo rm'
+put etc/dexeld/dexeld.yaml 'socket: /a.log
+streams: [{name: s, synthetic: {scene: hall}}]'
+doctor 1
+finds problem sockets '/a.log is no socket, but a file' "$edit"
+never 'sudo rm'
+export DEXELD_CONTROL=/b.sock
+doctor 1
+finds problem sockets '/b.sock is not there' 'env -u DEXELD_CONTROL dexel doctor --config /etc/dexeld/dexeld.yaml'
+doctor 1 --socket /a.log
+finds problem sockets '/a.log.control is not there' 'dexel doctor --config /etc/dexeld/dexeld.yaml'
+unset DEXELD_CONTROL
 
 # a device that is not there is one problem, whoever tells of it
 machine
@@ -192,6 +223,32 @@ doctor 1
 finds problem streams 'far: a Kinect camera (serial nowhere) is not there' 'dexel devices'
 finds ok service 'ball is '
 grep -q '^1 problem, ' out || { fail 'one fault is told twice'; cat out; }
+stop_dexeld
+
+# what a service says of a scanner on the network, and of a recording
+machine
+put etc/dexeld/dexeld.yaml 'streams: [{name: net, hokuyo: {tcp: "127.0.0.1:1", stage: {rpm: 3}}}]'
+serve "  - {name: net, hokuyo: {tcp: '127.0.0.1:1', stage: {rpm: 3}}}
+  - {name: bad, synthetic: {scene: sphere, size: 32x16}, record: {path: $root/none/bad.mcap}}"
+told() { # told TEXT...: all of it stands in the status
+  "$dexel" status --json --socket "$root/run/dexeld/control.sock" >told
+  for text; do grep -qE -- "$text" told || return 1; done
+}
+tries=0
+until told '"name": ?"net", ?"state": ?"(gone|faulted)"' 'No such file or directory'; do
+  tries=$((tries + 1))
+  [ $tries -lt 3000 ] || { fail 'faults are not told in the status'; cat told; break; }
+done
+doctor 1
+finds ok streams 'net: 127.0.0.1:1 (hokuyo) was not looked at'
+finds problem service "the service's unit keeps it from the network" \
+  'sudo install -D -m 644 /usr/share/doc/dexeld/network.conf /etc/systemd/system/dexeld.service.d/network.conf && sudo systemctl daemon-reload && sudo systemctl restart dexeld'
+finds problem service "bad is not recorded in $root/none/bad.mcap: No such file or directory" 'dexel record status --stream bad'
+put etc/systemd/system/dexeld.service.d/n.conf '[Service]
+RestrictAddressFamilies=AF_INET AF_INET6'
+doctor 1 --control /run/dexeld/control.sock
+finds problem service 'net is ' 'journalctl -u dexeld -n 50'
+finds problem service 'bad is not recorded' 'dexel record status --stream bad --socket /run/dexeld/control.sock'
 stop_dexeld
 
 # a stream that has failed; sockets that are told of
@@ -215,7 +272,13 @@ machine
 rm "$root/etc/dexeld/dexeld.yaml"
 wrong warning config 'there is no /etc/dexeld/dexeld.yaml' 'sudo apt-get install --reinstall -o Dpkg::Options::=--force-confmiss dexeld'
 config '    nonsense: 1'
-wrong problem config 'nonsense' 'sudoedit /etc/dexeld/dexeld.yaml && dexeld -c /etc/dexeld/dexeld.yaml --check'
+wrong problem config 'nonsense' "$edit"
+never '^ok +(disk|limits|streams)|GPIO'
+put "a place/it's.yaml" 'streams: 1'
+doctor 1 --config "/a place/it's.yaml"
+finds problem config 'streams' \
+  "sudoedit '/a place/it'\\''s.yaml' && dexeld -c '/a place/it'\\''s.yaml' --check"
+machine
 
 groups "dexeld=$gid:" dexel-admin=2002:alice video=2003:dexeld dialout=2004:
 wrong warning groups 'there is no group dexel: root and the service alone may subscribe' 'sudo groupadd --system dexel'
@@ -285,7 +348,24 @@ rm -r "$root/sys/bus/usb/devices/1-2"
 put etc/dexeld/dexeld.yaml 'streams: [{name: any, kinect: {}}]'
 wrong problem streams 'any: a Kinect camera is not there' 'dexel devices'
 config '  - {name: old, file: {path: /rec/*.mcap}}'
-wrong problem streams 'old: /rec/*.mcap is not there'
+wrong problem streams 'old: /rec/*.mcap is not there' "$edit"
+config '  - {name: old, file: {path: /rec/*.mcap}}'
+mkdir "$root/rec"
+wrong problem streams 'old: /rec/*.mcap is not there' 'ls -ltr /rec'
+eye() { # eye KEYS: of the camera on USB
+  put sys/bus/usb/devices/1-4/serial D435
+  mkdir "$root/sys/bus/usb/devices/1-4/1-4:1.0"
+  ln -s ../../../bus/usb/devices/1-4/1-4:1.0 "$root/sys/class/video4linux/video0/device"
+  put etc/dexeld/dexeld.yaml "streams: [{name: eye, v4l2: {$1, fx: 400}}]"
+}
+eye 'serial: D436'
+wrong problem streams 'eye: a camera (serial D436) is not there' 'dexel devices'
+eye 'serial: D435, port: 1-5'
+wrong problem streams 'eye: a camera (serial D435, port 1-5) is not there' 'dexel devices'
+eye 'serial: D435, port: 1-4'
+wrong ok streams 'eye: what it reads (v4l2) is there'
+eye 'path: pci-0000:00:14.0-usb-0:4:1.0'
+wrong ok streams 'eye: pci-0000:00:14.0-usb-0:4:1.0 (v4l2) was not looked at'
 
 rmdir "$root/sys/module/uvcvideo"
 wrong problem modules "the kernel's uvcvideo is not loaded" 'sudo modprobe uvcvideo'
@@ -298,7 +378,18 @@ wrong ok modules 'GPIO is not needed: no stream uses lines'
 rm -r "$root/sys/module/usbcore" "$root/sys/bus/usb"
 wrong ok usb 'memory of usbfs is not needed'
 rm -r "$root/sys/bus/gpio"
-wrong problem modules 'the kernel has no GPIO chip' 'lsmod | grep -i gpio'
+wrong problem modules 'the kernel has no GPIO chip: plug in an adapter'
+rm -r "$root/sys/bus/gpio"
+put sys/bus/usb/devices/1-5:1.2/modalias 'usb:v04D8p00DDd0100dcEFdsc02dp01ic03isc00ip00in02'
+wrong problem modules 'the module of the MCP2221 that is attached is not loaded' 'sudo modprobe hid_mcp2221'
+for encoder in '' ', encoder: {a: gpiochip0:1, b: gpiochip0:2}'; do
+  rm -r "$root/sys/bus/gpio"
+  put etc/dexeld/dexeld.yaml "streams: [{name: net, hokuyo: {tcp: 10.0.0.9, stage: {rpm: 3$encoder}}}]"
+  case $encoder in
+  '') wrong ok modules 'GPIO is not needed: no stream uses lines' ;;
+  *) wrong problem modules 'streams want GPIO lines' ;;
+  esac
+done
 
 usbfs=/sys/module/usbcore/parameters/usbfs_memory_mb
 for n in 1 2 3; do
@@ -325,16 +416,46 @@ wrong warning clocks "the board's clock is 7201 s off: it has local time" 'sudo 
 put facts 'adjtimex 0
 now 1800000000
 free /var/lib/dexeld 1000000000'
-wrong warning disk 'kinect: 953 MB are free in /var/lib/dexeld, and nothing bounds it (record.keep_mib); the oldest recording can go' \
-  "ls -t /var/lib/dexeld/*.mcap | tail -n 1 | xargs -d '\\n' sudo rm --"
+wrong warning disk 'kinect: 953 MB are free in /var/lib/dexeld; nothing bounds its recordings (record.keep_mib)' \
+  'ls -ltr /var/lib/dexeld'
+put facts 'adjtimex 0
+now 1800000000
+free /var/lib/dexeld 1000000000'
+put etc/dexeld/dexeld.yaml 'streams: [{name: s, synthetic: {scene: hall}, record: {path: /var/lib/dexeld/s.mcap, keep_mib: 4096}}]'
+wrong warning disk 's: 953 MB are free in /var/lib/dexeld; record.keep_mib bounds its recordings' 'ls -ltr /var/lib/dexeld'
 put facts 'adjtimex 0
 now 1800000000
 free /var/lib/dexeld 1000000'
-wrong problem disk 'kinect: 0 MB are free' "ls -t /var/lib/dexeld/*.mcap | tail -n 1 | xargs -d '\\n' sudo rm --"
+wrong problem disk 'kinect: 0 MB are free' 'ls -ltr /var/lib/dexeld'
 rmdir "$root/var/lib/dexeld"
 wrong problem disk 'there is no folder /var/lib/dexeld' 'sudo install -d -o dexeld -g dexel -m 750 /var/lib/dexeld'
 chmod 700 "$root/var/lib/dexeld"
 wrong problem disk 'dexeld may not write to /var/lib/dexeld' 'sudo chown dexeld /var/lib/dexeld'
+recorded() { put etc/dexeld/dexeld.yaml "streams: [{name: s, synthetic: {scene: hall}, record: {path: \"$1\"}}]"; }
+recorded /eyes.mcap # only what is the service's own is given to it
+wrong problem disk 's: dexeld may not write to /' \
+  'sudo install -d -o dexeld -g dexel -m 750 /dexeld && sudoedit /etc/dexeld/dexeld.yaml'
+recorded "/a place; it's/s.mcap"
+wrong problem disk "s: there is no folder /a place; it's" \
+  "sudo install -d -o dexeld -g dexel -m 750 '/a place; it'\\''s'"
+recorded /proc/77/status/s.mcap
+wrong problem disk 's: /proc/77/status is no folder' "$edit"
+
+metrics() { put etc/dexeld/dexeld.yaml "metrics_file: $1/dexeld.prom
+streams: [{name: s, synthetic: {scene: hall}}]"; }
+metrics /srv/m
+wrong problem disk 'metrics_file: there is no folder /srv/m' 'sudo install -d -o dexeld -g dexel -m 755 /srv/m'
+metrics /srv/m
+mkdir -p "$root/srv/m"
+wrong problem disk 'metrics_file: dexeld may not write to /srv/m' \
+  'sudo install -d -o dexeld -g dexel -m 755 /srv/m/dexeld && sudoedit /etc/dexeld/dexeld.yaml'
+metrics /run/dexeld-metrics
+wrong problem disk 'metrics_file: there is no folder /run/dexeld-metrics' 'sudo systemctl restart dexeld'
+metrics /run/dexeld-metrics
+rm -r "$root/sys/fs"
+wrong ok disk 'metrics_file: /run/dexeld-metrics is made when the service starts'
+metrics /var/lib/dexeld
+wrong ok disk 'metrics_file: the service may write to /var/lib/dexeld'
 
 put proc/77/limits 'Max open files            256                 524288               files     '
 wrong problem limits 'the service may have 256 open files, 256 subscribers and 3 streams need 344' \
