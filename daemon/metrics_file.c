@@ -121,15 +121,34 @@ static void *run(void *file)
 /* ---- the loop --------------------------------------------------------------------------------
  */
 
-/* Its file takes the place of what is there: of an older one, and of nothing else. */
+/* Is it one of ours? Or empty, as a full disk leaves it. */
+static bool is_metrics(const char *path)
+{
+    static const char head[] = "# HELP dexeld_";
+    char found[sizeof(head) - 1];
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    ssize_t n = fd < 0 ? -1 : read(fd, found, sizeof(found));
+
+    if (fd >= 0)
+        close(fd);
+    return n == 0 || (n == (ssize_t)sizeof(found) && !memcmp(found, head, sizeof(found)));
+}
+
+/* Its file takes the place of what is there: of an older one, and of nothing else, whatever the
+ * path is called. */
 static int check_place(const char *path, struct dx_err *err)
 {
     struct stat st;
 
     if (strlen(path) >= MAX_PATH)
         return dx_err_set(err, -ENAMETOOLONG, "metrics_file: a path of %zu bytes", strlen(path));
-    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
+    if (stat(path, &st) < 0)
+        return 0;
+    if (!S_ISREG(st.st_mode))
         return dx_err_set(err, -EINVAL, "metrics_file: %s: found what is no regular file", path);
+    if (!is_metrics(path))
+        return dx_err_set(err, -EEXIST, "metrics_file: %s: found a file that has no metrics in it",
+                          path);
     return 0;
 }
 

@@ -116,12 +116,25 @@ metrics >"$run/om" || wrong 'stuck: no answer'
 stop_dexeld || wrong 'stuck: dexeld failed'
 [ ! -e "$run/stuck.prom" ] || wrong 'a stuck disk has a file'
 
-# what is no file is left alone
+# what is there and has no metrics in it is left alone, the configuration under another name among it
 mkdir "$run/folder.prom"
-sed "s|^metrics_file: .*|metrics_file: $run/folder.prom|" "$run/c.yaml" >"$run/folder.yaml"
-code=0
-timeout 300 "$B/bin/dexeld" -c "$run/folder.yaml" 2>"$run/said" || code=$?
-[ $code = 1 ] && grep -q "metrics_file: $run/folder.prom: found what is no regular file" "$run/said" || wrong "a folder: $code, $(cat "$run/said")"
+echo mine >"$run/mine.prom"
+ln -s "$run/mine.yaml" "$run/link.prom"
+refuses() { # refuses NAME TEXT
+  sed "s|^metrics_file: .*|metrics_file: $run/$1|" "$run/c.yaml" >"$run/mine.yaml"
+  code=0
+  timeout 300 "$B/bin/dexeld" -c "$run/mine.yaml" 2>"$run/said" || code=$?
+  [ $code = 1 ] && grep -q "metrics_file: $run/$1: $2" "$run/said" || wrong "$1: $code, $(cat "$run/said")"
+}
+refuses folder.prom 'found what is no regular file'
+refuses mine.prom 'found a file that has no metrics in it'
+refuses link.prom 'found a file that has no metrics in it'
+[ "$(cat "$run/mine.prom")" = mine ] && [ -s "$run/mine.yaml" ] || wrong 'a file is gone'
+# an older one is not
+cp "$run/prom" "$run/old.prom"
+sed "s|^metrics_file: .*|metrics_file: $run/old.prom|" "$run/c.yaml" >"$run/old.yaml"
+start_dexeld -c "$run/old.yaml" || wrong 'a file of before is in its way'
+stop_dexeld || wrong 'dexeld failed'
 
 # ---- what names metrics
 om used "$run/om" config/grafana/dexeld.json config/prometheus/dexeld.rules.yml
