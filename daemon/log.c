@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/base/plain_text.h"
 #include "daemon/clock.h"
 #include "daemon/journal.h"
 
@@ -90,21 +91,6 @@ static bool may_speak(struct dx_log_site *site, uint32_t *n_swallowed)
     return false;
 }
 
-/* Texts of clients and files: one line stays one line, and says nothing to a terminal. The second
- * half of control characters (U+0080 to U+009F) takes two bytes, of which the first alone is not
- * enough to tell. */
-static void clean(char *text, size_t len)
-{
-    unsigned char *line = (unsigned char *)text;
-
-    for (size_t k = 0; k < len; k++) {
-        if (line[k] < 0x20 || line[k] == 0x7f)
-            line[k] = ' ';
-        if (k > 0 && line[k - 1] == 0xc2 && line[k] >= 0x80 && line[k] < 0xa0)
-            line[k - 1] = line[k] = ' ';
-    }
-}
-
 static void put_line(char *line, size_t len)
 {
     struct pollfd p = {STDERR_FILENO, POLLOUT, 0};
@@ -141,7 +127,7 @@ void dx_log_write(struct dx_log_site *site, int level, const char *subsystem, co
     if (n_swallowed)
         len +=
             (size_t)snprintf(line + len, sizeof(line) - len, " (%u more suppressed)", n_swallowed);
-    clean(line, len);
+    dx_plain_text(line, len);
     if (!to_journal ||
         !dx_journal_send(journal_path,
                          &(struct dx_journal_line){level, subsystem, line + text_at, &now_about}))

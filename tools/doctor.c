@@ -1,6 +1,8 @@
 /* The topics of `dexel doctor`, one after the other, and their findings. */
 #include "tools/doctor.h"
 
+#include "core/base/plain_text.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 
@@ -15,6 +17,7 @@ void dx_doctor_tell(struct dx_doctor *d, enum dx_doctor_level level, const char 
     va_start(ap, fmt);
     vsnprintf(text, sizeof(text), fmt, ap);
     va_end(ap);
+    dx_plain_text(text, strlen(text));
     finding = json_pack("{s:s, s:s, s:s}", "level", names[level], "topic", d->topic, "text", text);
     if (!finding) /* names of files need not be UTF-8 */
         finding = json_pack("{s:s, s:s, s:s}", "level", names[level], "topic", d->topic, "text",

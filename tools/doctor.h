@@ -60,7 +60,8 @@ __attribute__((format(printf, 4, 5))) void dx_doctor_tell(struct dx_doctor *d,
                                                           const char *mend, const char *fmt, ...);
 
 /* A command: each @ of the pattern is the next word, a const char *, quoted for the shell where it
- * needs to be. It is there until the next one is made. NULL: too long. (doctor_command.c) */
+ * needs to be. It is there until the next one is made. NULL: it cannot be told. (doctor_command.c)
+ */
 const char *dx_doctor_command(struct dx_doctor *d, const char *pattern, ...);
 /* The same of one word, for a command of dexel that asks the service: names the socket to ask at
  * where that is not the usual one. */
@@ -148,6 +149,9 @@ bool dx_doctor_is_missing(const struct dx_doctor *d, const char *stream);
 void dx_doctor_folder(char *folder, size_t len, const char *file);
 /* Where the service is asked. */
 const char *dx_doctor_control_path(const struct dx_doctor *d);
+/* The command that mends a socket at which nothing good answers: the service anew, or, where
+ * whoever asks named the socket, the same look at those of the configuration. */
+const char *dx_doctor_restart_command(struct dx_doctor *d, const char *path);
 /* The service's unit. False: there is none. */
 bool dx_doctor_read_unit(const struct dx_doctor *d, char *text, size_t len);
 /* Do the unit and its drop-ins keep the service from the network? */

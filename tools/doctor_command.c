@@ -2,6 +2,8 @@
  * them for anything else. */
 #include "tools/doctor.h"
 
+#include "core/base/plain_text.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -17,10 +19,19 @@ static bool put(struct dx_doctor *d, size_t *len, const char *text, size_t text_
     return true;
 }
 
+/* A word that begins as an option is no option. One that holds a command to the terminal cannot be
+ * shown as it is. */
 static bool put_word(struct dx_doctor *d, size_t *len, const char *word)
 {
+    char plain[PATH_MAX];
     bool fits;
 
+    snprintf(plain, sizeof(plain), "%s", word);
+    dx_plain_text(plain, strlen(plain));
+    if (strcmp(plain, word))
+        return false;
+    if (*word == '-' && !put(d, len, "./", 2))
+        return false;
     if (*word && !word[strspn(word, PLAIN)])
         return put(d, len, word, strlen(word));
     fits = put(d, len, "'", 1);
@@ -29,7 +40,7 @@ static bool put_word(struct dx_doctor *d, size_t *len, const char *word)
     return fits && put(d, len, "'", 1);
 }
 
-/* Half a command may be another one: what is too long is none. */
+/* Half a command may be another one: what does not fit is none. */
 const char *dx_doctor_command(struct dx_doctor *d, const char *pattern, ...)
 {
     bool fits = true;

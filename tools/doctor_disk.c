@@ -14,7 +14,7 @@
 /* ---- a folder ---------------------------------------------------------------------------------
  */
 
-/* Is it that folder, or below it? */
+/* Is it that folder, or below it, as the paths are spelt? */
 static bool is_in(const char *path, const char *folder)
 {
     const size_t len = strlen(folder);
@@ -22,25 +22,53 @@ static bool is_in(const char *path, const char *folder)
     return !strncmp(path, folder, len) && (!path[len] || path[len] == '/');
 }
 
+/* The same wherever the folder really is: it may have another name than it seems. */
+static bool is_own(const struct dx_doctor *d, const char *folder)
+{
+    static const char *const own[] = {RECORDS, METRICS};
+    char path[PATH_MAX], *real, *within;
+    bool is = false;
+
+    dx_doctor_path(d, path, sizeof(path), folder);
+    real = realpath(path, NULL);
+    for (size_t k = 0; real && k < sizeof(own) / sizeof(own[0]); k++) {
+        dx_doctor_path(d, path, sizeof(path), own[k]);
+        within = realpath(path, NULL);
+        is |= within && is_in(real, within);
+        free(within);
+    }
+    free(real);
+    return is;
+}
+
+/* Makes a folder of the service's user; the group is there where a package has made it. */
+static const char *install_command(struct dx_doctor *d, const char *folder, const char *mode,
+                                   const char *then, const char *of)
+{
+    char pattern[128];
+    gid_t gid;
+
+    snprintf(pattern, sizeof(pattern), "sudo install -d -o @%s -m @ @%s",
+             dx_doctor_group(d, "dexel", &gid) ? " -g dexel" : "", then);
+    return dx_doctor_command(d, pattern, dx_doctor_runs_as(d)->name, mode, folder, of);
+}
+
 /* The service's own folder is given to it; of others, which may be anybody's, one within. */
 static const char *give_command(struct dx_doctor *d, const char *folder, const char *mode)
 {
-    const char *user = dx_doctor_runs_as(d)->name;
     char within[PATH_MAX];
 
-    if (is_in(folder, RECORDS) || is_in(folder, METRICS))
-        return dx_doctor_command(d, "sudo chown @ @", user, folder);
+    if (is_own(d, folder))
+        return dx_doctor_command(d, "sudo chown @ @", dx_doctor_runs_as(d)->name, folder);
     snprintf(within, sizeof(within), "%s/dexeld", strcmp(folder, "/") ? folder : "");
-    return dx_doctor_command(d, "sudo install -d -o @ -g dexel -m @ @ && sudoedit @", user, mode,
-                             within, d->config_path);
+    return install_command(d, within, mode, " && sudoedit @", d->config_path);
 }
 
 static const char *make_command(struct dx_doctor *d, const char *folder, const char *mode)
 {
     if (is_in(folder, METRICS) && *d->pid)
         return "sudo systemctl restart dexeld";
-    return dx_doctor_command(d, "sudo install -d -o @ -g dexel -m @ @", dx_doctor_runs_as(d)->name,
-                             mode, folder);
+    return install_command(d, folder, mode, "", "");
 }
 
 /* May the service write there? `who` asks for it: a stream, a key. */

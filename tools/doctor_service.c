@@ -79,19 +79,22 @@ static void look_at_status(struct dx_doctor *d, const json_t *status)
 
 void dx_doctor_service(struct dx_doctor *d)
 {
+    const char *path = dx_doctor_control_path(d);
     char whole[PATH_MAX], *reply;
     struct dx_err err;
     json_t *status;
 
     if (!d->answers) /* told of the sockets */
         return;
-    dx_doctor_path(d, whole, sizeof(whole), dx_doctor_control_path(d));
+    dx_doctor_path(d, whole, sizeof(whole), path);
     if (dx_control_ask(&reply, whole, "{\"request\":\"status\"}", &err) < 0) {
-        dx_doctor_tell(d, DX_DOCTOR_PROBLEM, "sudo systemctl restart dexeld", "%s", err.text);
+        dx_doctor_tell(d, DX_DOCTOR_PROBLEM, dx_doctor_restart_command(d, path), "%s", err.text);
         return;
     }
-    status = json_loads(reply, 0, NULL);
-    look_at_status(d, status);
+    if (dx_control_take(&status, reply, whole, &err) < 0)
+        dx_doctor_tell(d, DX_DOCTOR_WARNING, NULL, "%s", err.text);
+    else
+        look_at_status(d, status);
     json_decref(status);
     free(reply);
 }

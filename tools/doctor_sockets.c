@@ -97,6 +97,11 @@ static const char *kind_of(const struct stat *st)
     return S_ISREG(st->st_mode) ? "a file" : S_ISDIR(st->st_mode) ? "a folder" : "something else";
 }
 
+const char *dx_doctor_restart_command(struct dx_doctor *d, const char *path)
+{
+    return is_named(d, path) ? look_again(d) : RESTART;
+}
+
 /* Nothing is to be removed but what lies in the service's own folder. */
 static void tell_no_socket(struct dx_doctor *d, const char *path, const struct stat *st)
 {
@@ -144,13 +149,26 @@ static bool look_at_socket(struct dx_doctor *d, const char *path, const char *gr
     if (r == 0)
         dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "%s: somebody answers", path);
     else if (r != -EACCES) /* that is told above */
-        dx_doctor_tell(d, DX_DOCTOR_PROBLEM, is_named(d, path) ? look_again(d) : RESTART,
+        dx_doctor_tell(d, DX_DOCTOR_PROBLEM, dx_doctor_restart_command(d, path),
                        "%s: nobody answers (%s)", path, strerror(-r));
     return r == 0;
 }
 
+/* Does a configuration that cannot be read tell where they are, and nothing else? */
+static bool are_unknown(const struct dx_doctor *d)
+{
+    struct stat st;
+
+    return d->config_path && !d->has_config && !d->socket && !d->control &&
+           !dx_doctor_stat(d, mesh_path(d), &st);
+}
+
 void dx_doctor_sockets(struct dx_doctor *d)
 {
+    if (are_unknown(d)) {
+        dx_doctor_tell(d, DX_DOCTOR_OK, NULL, "the sockets were not looked at");
+        return;
+    }
     look_at_socket(d, mesh_path(d), "dexel");
     d->answers = look_at_socket(d, dx_doctor_control_path(d), "dexel-admin");
 }

@@ -144,8 +144,9 @@ if [ -w /dev/full ]; then
 fi
 
 # from here on a service answers: sockets, then everything else one by one
-serve() { # serve [STREAM]
+serve() { # serve STREAM [KEYS]
   cat >"$run/serve.yaml" <<YAML
+${2:-max_requests: 10000}
 socket: $root/run/dexeld/mesh.sock
 control_socket: $root/run/dexeld/control.sock
 streams:
@@ -214,6 +215,23 @@ finds problem sockets '/b.sock is not there' 'env -u DEXELD_CONTROL dexel doctor
 doctor 1 --socket /a.log
 finds problem sockets '/a.log.control is not there' 'dexel doctor --config /etc/dexeld/dexeld.yaml'
 unset DEXELD_CONTROL
+doctor 1 --socket "/$(printf 'no\033[2J')" # nothing that it prints is for the terminal
+finds problem sockets '/no [2J is not there'
+never "$(printf '\033')"
+
+# a refusal is told as such, and the wrong socket as what it is
+machine
+serve '' 'max_requests: 1'
+tries=0
+until grep -q '^warning  service  .*: the service: too many requests: 1 a second' out; do
+  "$dexel" doctor >out 2>err
+  tries=$((tries + 1))
+  [ $tries -lt 300 ] || { fail 'no refusal'; cat out; break; }
+done
+never 'version unknown|restart'
+DEXELD_CONTROL=/run/dexeld/mesh.sock doctor 1
+finds problem service 'this seems to be the mesh socket' 'env -u DEXELD_CONTROL dexel doctor --config /etc/dexeld/dexeld.yaml'
+stop_dexeld
 
 # a device that is not there is one problem, whoever tells of it
 machine
@@ -274,6 +292,9 @@ wrong warning config 'there is no /etc/dexeld/dexeld.yaml' 'sudo apt-get install
 config '    nonsense: 1'
 wrong problem config 'nonsense' "$edit"
 never '^ok +(disk|limits|streams)|GPIO'
+config '    nonsense: 1'
+wrong ok sockets 'the sockets were not looked at'
+never '^problem +sockets'
 put "a place/it's.yaml" 'streams: 1'
 doctor 1 --config "/a place/it's.yaml"
 finds problem config 'streams' \
@@ -438,6 +459,15 @@ wrong problem disk 's: dexeld may not write to /' \
 recorded "/a place; it's/s.mcap"
 wrong problem disk "s: there is no folder /a place; it's" \
   "sudo install -d -o dexeld -g dexel -m 750 '/a place; it'\\''s'"
+mkdir "$root/srv"
+recorded /var/lib/dexeld/../../../srv/s.mcap # which is not in it
+wrong problem disk 's: dexeld may not write to /var/lib/dexeld/../../../srv' \
+  'sudo install -d -o dexeld -g dexel -m 750 /var/lib/dexeld/../../../srv/dexeld && sudoedit /etc/dexeld/dexeld.yaml'
+recorded -r/s.mcap
+wrong problem disk 's: there is no folder -r' 'sudo install -d -o dexeld -g dexel -m 750 ./-r'
+recorded /none/s.mcap
+groups "dexeld=$gid:"
+wrong problem disk 's: there is no folder /none' 'sudo install -d -o dexeld -m 750 /none'
 recorded /proc/77/status/s.mcap
 wrong problem disk 's: /proc/77/status is no folder' "$edit"
 
