@@ -178,7 +178,7 @@ static void tell_recovery(struct dx_recorder *r)
     else if (lost)
         dx_log_warning("recorder", "%s: recording was stopped, %llu blocks were lost",
                        r->config.name, (unsigned long long)lost);
-    if (!r->path_is_made) /* there never was a file, and nobody waits for it now */
+    if (!r->path_is_made) /* there is no such file, and nobody waits for it now */
         dx_recorder_set_path(r, "");
     r->lost_before = n;
     atomic_store_explicit(&r->told, false, memory_order_relaxed);
@@ -233,8 +233,9 @@ static void wind_up(struct dx_recorder *r)
         rc = dx_recorder_finish_file(r);
     if (rc == 0)
         return;
-    if (r->opening == DX_OPEN_NOT) { /* there has never been one */
-        dx_log_error("recorder", "%s: nothing is recorded: %s", r->config.name, strerror(-rc));
+    if (r->opening == DX_OPEN_NOT) {
+        dx_log_error("recorder", "%s: what waited for a file is lost: %s", r->config.name,
+                     strerror(-rc));
         return;
     }
     dx_log_error("recorder", "%s: %s is left without its end: %s", r->config.name, r->path,

@@ -151,11 +151,25 @@ static int end_for_next(struct dx_recorder *r)
     return rc;
 }
 
+static bool is_failing(struct dx_recorder *r)
+{
+    return atomic_load_explicit(&r->error, memory_order_relaxed) != 0;
+}
+
+/* Is there no file, and will there be none for what comes next? One that is to follow another
+ * without a gap is given up when it cannot be made and nobody wants it any more. */
+static bool has_no_file(struct dx_recorder *r)
+{
+    if (r->opening != DX_OPEN_NOT)
+        return false;
+    return !r->goes_on || (!dx_recorder_is_wanted(r) && is_failing(r));
+}
+
 /* It goes into no file: the recording was stopped and it had been put just before, or it was
  * started in the middle of a frame. Only where there should have been a file it is lost. */
 static void pass_over(struct dx_recorder *r, const struct dx_ring_entry *e)
 {
-    if (e->starts_block && atomic_load_explicit(&r->error, memory_order_relaxed))
+    if (e->starts_block && is_failing(r))
         dx_count(&r->n_without_file, 1);
 }
 
@@ -167,7 +181,7 @@ static int take_piece(struct dx_recorder *r, const struct dx_ring_entry *e)
     if (is_split_due(r, e))
         rc = end_for_next(r);
     if (rc == 0 && r->opening != DX_OPEN_DONE) {
-        if (r->opening == DX_OPEN_NOT && !r->goes_on && !(begins && dx_recorder_is_wanted(r))) {
+        if (has_no_file(r) && !(begins && dx_recorder_is_wanted(r))) {
             pass_over(r, e);
             return 0;
         }
@@ -188,8 +202,8 @@ int dx_recorder_put_gap(struct dx_recorder *r, const struct dx_ring_gap *gap)
                                           .end = dx_recorder_log_time(r, gap->to_ns)};
     int rc;
 
-    if (r->opening == DX_OPEN_NOT && !r->goes_on)
-        return 0; /* before the first block: no gap in a file */
+    if (has_no_file(r))
+        return 0; /* nothing before it either: no gap */
     rc = open_file(r, dx_recorder_log_time(r, gap->to_ns));
     if (rc)
         return rc;

@@ -149,6 +149,41 @@ static void counts_what_never_had_a_file(void **state)
     disk_free(&d);
 }
 
+/* The same where it is the next file that cannot be made. */
+static void gives_up_a_next_file(void **state)
+{
+    struct disk d = {0};
+    struct dx_recorder_config c = recorder_config(&d);
+    struct dx_recorder *r;
+    struct dx_recorder_status s;
+    struct seen seen;
+
+    (void)state;
+    c.split_len = 20000;
+    r = new_recorder(&c);
+    feed(r, 0, 1000, true);
+    assert_int_equal(dx_recorder_turn(r, dx_clock_ns()), 0);
+    d.create_error = -ENOENT;
+    for (uint64_t n = 1; n < 50; n++)
+        feed(r, n, 1000, true);
+    assert_int_equal(dx_recorder_turn(r, dx_clock_ns()), -ENOENT);
+    dx_recorder_stop_file(r);
+    assert_int_equal(dx_recorder_turn(r, dx_clock_ns()), 0);
+    dx_recorder_status(r, &s);
+    assert_in_range(s.n_blocks, 10, 30);
+    assert_int_equal(s.n_dropped, 50 - s.n_blocks);
+    assert_true(s.error == 0 && !s.writing && s.waiting == 0);
+    assert_string_equal(s.path, "");
+    d.create_error = 0; /* and another one begins anew */
+    dx_recorder_start_file(r);
+    feed(r, 50, 1000, true);
+    finish(r);
+    dx_recorder_free(r);
+    seen = see(&d);
+    assert_int_equal(seen.n_blocks, s.n_blocks + 1);
+    disk_free(&d);
+}
+
 /* No file was ever made, and none can be at the end: nothing to close, and it comes back. */
 static void ends_without_a_folder(void **state)
 {
@@ -423,6 +458,7 @@ int main(void)
         cmocka_unit_test(outlives_a_stalled_disk),
         cmocka_unit_test(waits_for_its_folder),
         cmocka_unit_test(counts_what_never_had_a_file),
+        cmocka_unit_test(gives_up_a_next_file),
         cmocka_unit_test(ends_without_a_folder),
         cmocka_unit_test(closes_chunks_in_time),
         cmocka_unit_test(rotates_without_loss),
