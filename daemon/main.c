@@ -8,11 +8,23 @@
 #include <string.h>
 #include <unistd.h>
 
+/* What was printed is little, and is written here or nowhere. */
+static int flush_output(struct dx_err *err)
+{
+    return fflush(stdout) == 0 ? 0
+                               : dx_err_set(err, -errno, "standard output: %s", strerror(errno));
+}
+
 static int say_ok(const char *config, struct dx_err *err)
 {
-    if (printf("%s: ok\n", config) < 0 || fflush(stdout) != 0)
-        return dx_err_set(err, -errno, "standard output: %s", strerror(errno));
-    return 0;
+    printf("%s: ok\n", config);
+    return flush_output(err);
+}
+
+static int fail(const struct dx_err *err)
+{
+    fprintf(stderr, "dexeld: %s\n", err->text);
+    return 1;
 }
 
 int main(int argc, char **argv)
@@ -23,7 +35,7 @@ int main(int argc, char **argv)
     int status = dx_options_parse(&options, argc, argv);
 
     if (status != DX_OPTIONS_RUN)
-        return status;
+        return flush_output(&err) < 0 ? fail(&err) : status;
     status = dx_options_config(&config, &options, &err);
     if (status == 0 && options.check)
         status = say_ok(options.config, &err);
@@ -31,8 +43,7 @@ int main(int argc, char **argv)
         status = dx_service_run(&config, options.config, options.ready_fd, &err);
     if (status == DX_SERVICE_E_LEFT)
         _exit(0); /* a thread still uses what fini would free */
-    if (status < 0)
-        fprintf(stderr, "dexeld: %s\n", err.text);
+    status = status < 0 ? fail(&err) : 0;
     dx_config_fini(&config);
-    return status < 0 ? 1 : 0;
+    return status;
 }

@@ -2,6 +2,7 @@
  */
 #include "tools/cmd.h"
 #include "tools/service_request.h"
+#include "tools/stdout.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -17,7 +18,7 @@ static int show(const json_t *reply, struct dx_err *err)
 
     if (!yaml)
         return dx_err_set(err, -EBADMSG, "the service: found no \"yaml\" in its answer");
-    fputs(yaml, stdout);
+    dx_stdout_put(yaml);
     return 0;
 }
 

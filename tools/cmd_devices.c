@@ -3,6 +3,7 @@
 #include "tools/cmd.h"
 #include "tools/control_client.h"
 #include "tools/devices.h"
+#include "tools/stdout.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -56,7 +57,7 @@ static int put_answer(const char *line, bool json, const char *path, struct dx_e
     int rc = dx_control_take(&reply, line, path, err);
 
     if (rc == 0 && json)
-        puts(line);
+        dx_stdout_put_line(line);
     else if (rc == 0)
         rc = dx_devices_print_reply(stdout, reply);
     json_decref(reply);

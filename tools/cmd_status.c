@@ -232,7 +232,7 @@ static int show(const struct args *a, const char *path, struct dx_err *err)
     if (rc < 0)
         return rc;
     if (a->json)
-        puts(line);
+        dx_stdout_put_line(line);
     else
         put_table(stdout, reply);
     *err->text = 0; /* main tells of standard output */

@@ -60,21 +60,19 @@ static int connect_to(const char *path)
 static int send_line(int fd, const char *request)
 {
     char *line;
-    int len = asprintf(&line, "%-*s\n", DX_WIRE_HEADER_LEN, request), sent = 0;
+    int len = asprintf(&line, "%-*s\n", DX_WIRE_HEADER_LEN, request), sent = 0, rc = 0;
 
     if (len < 0)
         return -ENOMEM;
-    while (sent < len) {
+    while (sent < len && rc == 0) {
         ssize_t n = send(fd, line + sent, (size_t)(len - sent), MSG_NOSIGNAL);
 
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n < 0)
-            break;
-        sent += (int)n;
+        sent += n > 0 ? (int)n : 0;
+        rc = n < 0 && errno != EINTR ? -errno : 0;
     }
     free(line);
-    return sent == len ? 0 : -errno;
+    return rc == -EPIPE || rc == -ECONNRESET ? 0
+                                             : rc; /* what it said and went is still to be read */
 }
 
 /* Up to `room` bytes more, waiting for them. */

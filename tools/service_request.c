@@ -3,6 +3,7 @@
 
 #include "tools/args.h"
 #include "tools/control_client.h"
+#include "tools/stdout.h"
 
 #include <errno.h>
 #include <stdbool.h>
@@ -48,7 +49,7 @@ static int show(const struct dx_service_request *r, const char *line, const char
     const char *trouble = json_string_value(json_object_get(reply, "trouble"));
 
     if (json)
-        puts(line);
+        dx_stdout_put_line(line);
     else if (rc == 0)
         rc = r->show(reply, err);
     if (rc == 0 && trouble)

@@ -20,6 +20,12 @@ void dx_stdout_put(const char *text)
     note(fputs(text, stdout) == EOF);
 }
 
+void dx_stdout_put_line(const char *line)
+{
+    errno = 0;
+    note(puts(line) == EOF);
+}
+
 int dx_stdout_flush(void)
 {
     errno = 0; /* that of an earlier write is gone; flush tells it again */

@@ -7,6 +7,7 @@
 
 /* Prints a text that may be longer than what is kept to be written at once. */
 void dx_stdout_put(const char *text);
+void dx_stdout_put_line(const char *line); /* and a newline */
 
 /* Has all been written that was printed? -errno: no, which is for dx_stdout_end() to tell. */
 int dx_stdout_flush(void);

@@ -3,6 +3,7 @@
 
 #include "tools/args.h"
 #include "tools/control_client.h"
+#include "tools/stdout.h"
 
 #include <errno.h>
 #include <stdbool.h>
@@ -58,7 +59,7 @@ static int show(const struct dx_stream_request *r, const struct args *a, const c
     int rc = dx_control_take(&reply, line, path, err);
 
     if (rc == 0 && a->json)
-        puts(line);
+        dx_stdout_put_line(line);
     else if (rc == 0)
         r->show(reply);
     json_decref(reply);

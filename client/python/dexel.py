@@ -1482,7 +1482,11 @@ class Subscription(Iterator[Mesh]):
                 if not self._reconnect or (isinstance(error, ServerError) and error.code not in error.PASSING):
                     self.close()
                     raise
-                self._lose(error)
+                try:
+                    self._lose(error)
+                except BaseException:  # of on_state
+                    self.close()
+                    raise
                 self._pause(waiting_since, error)
                 continue
             except BaseException:
@@ -1611,13 +1615,18 @@ def streams(path: Optional[str] = None) -> List[Dict[str, Any]]:
         control.settimeout(5)
         _connect(control, path)
         # as long as a header, so that a mesh socket refuses it at once and waits for no more
-        control.sendall(b'{"request":"status"}'.ljust(_HEADER.size) + b"\n")
+        try:
+            control.sendall(b'{"request":"status"}'.ljust(_HEADER.size) + b"\n")
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # what it said and went is still to be read
         while not answer.endswith(b"\n"):
             control.settimeout(max(0.001, deadline - time.monotonic()))
             try:
                 more = control.recv(65536)
             except socket.timeout:
                 raise ConnectionLost(f"{path}: no answer") from None
+            except ConnectionResetError:
+                more = b""
             if not more:
                 raise ConnectionLost(f"{path}: closed without an answer")
             answer += more

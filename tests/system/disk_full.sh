@@ -51,6 +51,7 @@ told new.png "$run/limited" "$dexel" render "$run/scan.pcd" -o "$run/new.png"
 # standard output
 for command in "mesh $run/scan.pcd --stats" "cat --socket $run/mesh.sock --quiet --stats" \
   "status --socket $run/mesh.sock --json" "status --socket $run/mesh.sock" "metrics --socket $run/mesh.sock" \
+  "config --socket $run/mesh.sock" "config --socket $run/mesh.sock --json" \
   "doctor --socket $run/mesh.sock" "doctor --json" "info --json $run/scan.pcd" \
   "sim --list" --version --help help "help cat" "bench copy --size 64x64 --rounds 1"; do
   code=0
@@ -64,9 +65,12 @@ done
 cat >"$run/c.yaml" <<'EOF'
 streams: [{name: s, synthetic: {scene: hall}}]
 EOF
-code=0
-"$B/bin/dexeld" -c "$run/c.yaml" --check >/dev/full 2>"$run/.said" || code=$?
-[ $code = 1 ] && grep -qx "dexeld: standard output: No space left on device" "$run/.said" ||
-  wrong "dexeld --check: status $code, said '$(cat "$run/.said")'"
+for options in "-c $run/c.yaml --check" --version --help; do
+  code=0
+  # shellcheck disable=SC2086 # words
+  "$B/bin/dexeld" $options >/dev/full 2>"$run/.said" || code=$?
+  [ $code = 1 ] && grep -qx "dexeld: standard output: No space left on device" "$run/.said" ||
+    wrong "dexeld $options: status $code, said '$(cat "$run/.said")'"
+done
 stop_dexeld || wrong "dexeld: status $dexeld_status"
 exit $bad
