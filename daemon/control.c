@@ -137,8 +137,7 @@ static bool reply_with(struct connection *c, json_t *reply)
     return write_reply(c);
 }
 
-/* No line of text begins so. HELLO of the mesh protocol does, and may have no newline to wait for.
- */
+/* No line of text begins so; HELLO of the mesh protocol does, in which no newline may come. */
 static bool is_no_text(const struct connection *c)
 {
     const unsigned char first = c->in_len ? (unsigned char)c->in[0] : ' ';

@@ -32,11 +32,10 @@ static int attach_geometry(struct dx_recorder *r)
 
 void dx_recorder_set_path(struct dx_recorder *r, const char *path)
 {
-    size_t len = strlen(path);
+    const size_t len = strlen(path), most = sizeof(r->path) - 1;
 
     pthread_mutex_lock(&r->path_lock);
-    snprintf(r->path, sizeof(r->path), "%s",
-             len < sizeof(r->path) ? path : path + len - sizeof(r->path) + 1);
+    snprintf(r->path, sizeof(r->path), "%s", len > most ? &path[len - most] : path);
     pthread_mutex_unlock(&r->path_lock);
 }
 

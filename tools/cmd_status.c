@@ -133,7 +133,7 @@ static void put_devices(FILE *f, const json_t *streams)
 static void put_recording(FILE *f, const json_t *s)
 {
     const json_t *r = json_object_get(s, "recording");
-    const char *error = dx_status_text(r, "error_text");
+    const char *error = json_string_value(json_object_get(r, "error_text"));
 
     cell_text(f, 16, dx_status_text(s, "name"));
     cell_text(f, 9, dx_recording_state(r));
@@ -142,7 +142,7 @@ static void put_recording(FILE *f, const json_t *s)
     cell_count(f, 9, dx_status_number(r, "files", NULL));
     cell(f, 9, 1, dx_status_number(r, "bytes", NULL) * 1e-6);
     fputs(dx_status_text(r, "path"), f);
-    if (strcmp(error, "-"))
+    if (error)
         fprintf(f, ": %s", error);
     fputc('\n', f);
 }

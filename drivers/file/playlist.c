@@ -424,10 +424,10 @@ static void tell_geometry(struct dx_playlist *p, const char *text)
     struct span *span = &p->spans[p->file];
 
     if (!span->geometry_told)
-        report(
-            p,
-            "%s: the geometry of its frames is damaged, what the configuration says is taken: %s",
-            p->list.paths[p->file], text);
+        report(p,
+               "%s: the geometry of its frames cannot be used, what the configuration says is "
+               "taken: %s",
+               p->list.paths[p->file], text);
     span->geometry_told = true;
 }
 

@@ -41,7 +41,7 @@ int dx_playlist_next(struct dx_playlist *p, struct dx_playlist_block *out, struc
 int dx_playlist_seek(struct dx_playlist *p, uint64_t time, struct dx_err *err);
 
 /* The geometry that was in force at log time `time`, a reference of the caller's, in the open file.
- * False: none is known, or it is damaged, which is told. */
+ * False: none is known, or it cannot be used, which is told. */
 bool dx_playlist_geometry(struct dx_playlist *p, uint64_t time, struct dx_geometry **g,
                           uint8_t *attr_bytes);
 

@@ -86,7 +86,7 @@ printf '\377' | dd of="$run/bent.mcap" bs=1 seek=$at conv=notrunc 2>"$run/err" |
 start_dexeld --replay "$run/bent.mcap" --rate max --socket "$sock"
 catch bent
 stop_dexeld
-[ "$(grep -c 'bent.mcap: the geometry of its frames is damaged, .*: byte [0-9]*: attachment: CRC' "$run/dexeld.log")" = 1 ] ||
+[ "$(grep -c 'bent.mcap: the geometry of its frames cannot be used, .*: byte [0-9]*: attachment: CRC' "$run/dexeld.log")" = 1 ] ||
   wrong "a damaged geometry was not told"
 grep -q "\"commits\": $n, " "$run/bent.json" || wrong "bent: $(cat "$run/bent.json")"
 

@@ -328,9 +328,10 @@ static void test_kept_descriptors(void **state)
     now = old;
     now.rlim_cur = MAX;
     setrlimit(RLIMIT_NOFILE, &now);
-    do /* up to the client's own, behind which the service's is the first that is kept */
+    do { /* up to the client's own, behind which the service's is the first that is kept */
         filler[n] = dup(0);
-    while (filler[n++] < MAX - KEPT - 2);
+        assert_true(filler[n] >= 0);
+    } while (filler[n++] < MAX - KEPT - 2);
     late = client_connect(fx);
     client_until_closed(late);
     assert_int_equal(late->error.code, DX_WIRE_E_LIMIT);
