@@ -47,7 +47,7 @@ export FEED_SEEDS
 
 # Not those that mesh large grids, that keep to the end what is stuck or shared (kinect_usb, journal), that count descriptors or
 # time, or that umockdev preloads a library into; nor pcd: liblzf's own compressor looks at memory that it has not written.
-units='abi args wire chunk chunk_delta feed cdr client client_broken server server_streams control publish_hold recorder
+units='abi args wire chunk chunk_delta feed cdr client client_broken reconnect server server_streams control publish_hold recorder
 record_files player reader_device reader_rig config config_errors config_devices config_origin mailbox pool heartbeat
 metrics log lifecycle device_status devices file ptx ply_read points ros ros_part ros_scene mcap_read slurp out_mesh
 out_frames represent interlock trigger gpio_port hokuyo kinect_depth template_driver pace v4l2_decode cluster cloud
