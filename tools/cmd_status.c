@@ -111,25 +111,6 @@ static void put_device(FILE *f, const json_t *s)
     fputc('\n', f);
 }
 
-/* Nothing when no stream has a device. */
-static void put_devices(FILE *f, const json_t *streams)
-{
-    bool any = false;
-
-    for (size_t k = 0; k < json_array_size(streams); k++) {
-        const json_t *s = json_array_get(streams, k);
-
-        if (!json_object_get(s, "device"))
-            continue;
-        if (!any)
-            fprintf(f, "\n%-16s %-9s %9s %9s %9s %9s %9s %9s %9s %-16s %s\n", "STREAM", "DEVICE",
-                    "FOR S", "OPENS", "UNPLUGGED", "STALLS", "FAULTS", "LOST", "DAMAGED", "SERIAL",
-                    "PLACE");
-        any = true;
-        put_device(f, s);
-    }
-}
-
 static void put_recording(FILE *f, const json_t *s)
 {
     const json_t *r = json_object_get(s, "recording");
@@ -147,22 +128,41 @@ static void put_recording(FILE *f, const json_t *s)
     fputc('\n', f);
 }
 
-/* Nothing when no stream can be recorded. */
-static void put_recordings(FILE *f, const json_t *streams)
+/* A line for each stream that has the member; nothing when none has it. */
+static void put_those(FILE *f, const json_t *streams, const char *member, const char *head,
+                      void (*put)(FILE *f, const json_t *stream))
 {
     bool any = false;
 
     for (size_t k = 0; k < json_array_size(streams); k++) {
         const json_t *s = json_array_get(streams, k);
 
-        if (!json_object_get(s, "recording"))
+        if (!json_object_get(s, member))
             continue;
         if (!any)
-            fprintf(f, "\n%-16s %-9s %9s %9s %9s %9s %s\n", "STREAM", "RECORDING", "BLOCKS", "LOST",
-                    "FILES", "MB", "NEWEST");
+            fprintf(f, "\n%s\n", head);
         any = true;
-        put_recording(f, s);
+        put(f, s);
     }
+}
+
+static void put_devices(FILE *f, const json_t *streams)
+{
+    char head[128];
+
+    snprintf(head, sizeof(head), "%-16s %-9s %9s %9s %9s %9s %9s %9s %9s %-16s %s", "STREAM",
+             "DEVICE", "FOR S", "OPENS", "UNPLUGGED", "STALLS", "FAULTS", "LOST", "DAMAGED",
+             "SERIAL", "PLACE");
+    put_those(f, streams, "device", head, put_device);
+}
+
+static void put_recordings(FILE *f, const json_t *streams)
+{
+    char head[128];
+
+    snprintf(head, sizeof(head), "%-16s %-9s %9s %9s %9s %9s %s", "STREAM", "RECORDING", "BLOCKS",
+             "LOST", "FILES", "MB", "NEWEST");
+    put_those(f, streams, "recording", head, put_recording);
 }
 
 static void put_client(FILE *f, const json_t *c)

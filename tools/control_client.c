@@ -71,8 +71,9 @@ static int send_line(int fd, const char *request)
         rc = n < 0 && errno != EINTR ? -errno : 0;
     }
     free(line);
-    return rc == -EPIPE || rc == -ECONNRESET ? 0
-                                             : rc; /* what it said and went is still to be read */
+    if (rc == -EPIPE || rc == -ECONNRESET)
+        return 0; /* what it said before it went is still to be read */
+    return rc;
 }
 
 /* Up to `room` bytes more, waiting for them. */
